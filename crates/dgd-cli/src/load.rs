@@ -15,7 +15,8 @@ use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{
-    Issue, IssueKind, Moment, Recording, RecordingError, Settle, Table, TimeSource, Well, survey,
+    Events, Issue, IssueKind, Moment, Recording, RecordingError, Settle, Table, TimeSource, Well,
+    survey,
 };
 use dgd_replay::ReplayError;
 use dgd_screen::Suspicion;
@@ -262,6 +263,9 @@ pub(crate) fn read_recordings(
         let (mut recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         Settle::default().add(&mut recording);
+        if let Some(events) = recording.join_events(step_s) {
+            warnings.push(by_events(path, events));
+        }
         // Rows that lie on one step, or on none, are no samples of their own.
         let samples = if clock.is_empty() {
             rows
@@ -321,6 +325,20 @@ pub(crate) fn read_recordings(
     loaded.suspicions = suspected.iter().map(|s| well.pointing(s)).collect();
     loaded.suspicions.extend(warnings);
     Ok(loaded)
+}
+
+/// What is said of a recording whose channels were filed by events.
+fn by_events(path: &Path, events: Events) -> String {
+    let (least, most) = events.shares;
+    format!(
+        "{}: its {} channels have readings at {:.1} to {:.0} % of the samples, at times of their own, as an archive files them. Straight lines are drawn \
+         between them, and inflows and pump speed stand for longer than a minute as they were filed: this can produce false causes; confirm any finding on an export \
+         with all readings",
+        path.display(),
+        events.channels,
+        100.0 * least,
+        100.0 * most
+    )
 }
 
 /// The units that the files of one job give their columns.

@@ -1,6 +1,7 @@
 //! From a selection to an answer.
 
 mod again;
+mod archived;
 mod clock;
 mod coverage;
 mod models;
@@ -136,6 +137,11 @@ pub fn diagnose(
     if upset.is_some() {
         doubt_more(&mut selection.named, sought, in_balance, unlogged);
     }
+    let archived = options.archived;
+    let made_up = |n: &Named| archived.speaks_against(n);
+    doubt_more(&mut selection.named, sought, made_up, |n| {
+        belief::archived(n, archived.all())
+    });
     let nothing_left = residue::left(&traces);
     doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
     let away = runs_away(&errors);
@@ -150,11 +156,14 @@ pub fn diagnose(
     );
     let untrained = untrained::check(&selection.named, trained);
 
-    let swell = swell(
-        &prepared.inlet_pressure_pa,
-        prepared.step_s,
-        well.mud_density_kg_m3,
-    );
+    let swell = match archived.pressures {
+        true => Err(Unseen::Archived),
+        false => swell(
+            &prepared.inlet_pressure_pa,
+            prepared.step_s,
+            well.mud_density_kg_m3,
+        ),
+    };
     let swelling: Vec<(&About, Swell)> = swelling(swell, &models.start).collect();
     let held_out = headline_gain(&simulation);
     let estimator = Estimator::of(&record, &state, &full);
@@ -163,6 +172,7 @@ pub fn diagnose(
         if let Some(idle) = idle {
             idle.tell(named, upset.is_some(), &mut told);
         }
+        archived.tell(named, &mut told);
         told
     });
     let heaving = (swelling.iter()).map(|(about, s)| heaving(&record, about, *s, held_out.clone()));

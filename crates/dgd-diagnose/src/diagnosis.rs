@@ -3,7 +3,9 @@
 use crate::ablation::Step;
 use crate::cost::Work;
 use dgd_effects::{AugmentedModel, Relation, Setting};
-use dgd_recording::Moment;
+use dgd_recording::{Channel, Moment};
+use dgd_screen::{Coarse, Kept};
+use dgd_units::Dimension;
 
 /// The whole answer.
 #[derive(Debug, Clone, PartialEq)]
@@ -431,6 +433,8 @@ pub struct Options {
     pub without: Vec<Step>,
     /// When the recording's clock was at 0, if that is known; it changes no finding, and stands in the answer.
     pub began: Option<Moment>,
+    /// What an archive has left out of the recording; causes that this can make up are likelier something else then.
+    pub archived: Archived,
 }
 
 impl Default for Options {
@@ -441,6 +445,44 @@ impl Default for Options {
             suspects: Vec::new(),
             without: Vec::new(),
             began: None,
+            archived: Archived::default(),
+        }
+    }
+}
+
+/// What an archive has left out of a recording, as `dgd_screen::coarse` tells it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Archived {
+    /// Pressures lie on straight lines between a few readings.
+    pub pressures: bool,
+    /// So does the return flow or the mud pump's.
+    pub flows: bool,
+    /// The pump's speed moves by a deadband.
+    pub speed: bool,
+}
+
+impl Archived {
+    /// By the channels of which too little is kept.
+    ///
+    /// ```
+    /// # use dgd_diagnose::Archived;
+    /// assert_eq!(Archived::of(&[]), Archived::default());
+    /// ```
+    pub fn of(coarse: &[Coarse]) -> Self {
+        let on_lines = |is: fn(Channel) -> bool| {
+            let lines = coarse
+                .iter()
+                .filter(|one| matches!(one.kept, Kept::OnLines(_)));
+            lines.map(|one| one.channel).any(is)
+        };
+        Self {
+            pressures: on_lines(|channel| channel.dimension() == Dimension::Pressure),
+            flows: on_lines(|channel| {
+                matches!(channel, Channel::ReturnFlow | Channel::MudPumpFlow)
+            }),
+            speed: coarse
+                .iter()
+                .any(|one| one.channel == Channel::PumpSpeed && one.kept == Kept::Moves),
         }
     }
 }

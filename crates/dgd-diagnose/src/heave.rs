@@ -62,6 +62,8 @@ pub(crate) enum Unseen {
     Short,
     /// In too many segments one value is repeated.
     Still,
+    /// An archive has drawn straight lines between a few readings.
+    Archived,
 }
 
 impl Unseen {
@@ -71,6 +73,7 @@ impl Unseen {
             Self::Slow => "the sampling is too slow to show swell",
             Self::Short => "too few nine-minute stretches have nearly all their inlet pressures",
             Self::Still => "the inlet pressure repeats one value",
+            Self::Archived => "an archive kept too few of the pressures",
         }
     }
 }

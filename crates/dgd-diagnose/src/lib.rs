@@ -68,7 +68,7 @@ pub use ablation::Step;
 pub use conclude::diagnose;
 pub use cost::Work;
 pub use diagnosis::{
-    Check, CorrectionCurve, DiagnoseError, Diagnosis, Finding, HeldOut, Options, Outcome,
+    Archived, Check, CorrectionCurve, DiagnoseError, Diagnosis, Finding, HeldOut, Options, Outcome,
     ParameterEstimate, Signal, Simulation, Stage, Tested, Trace, Verdict,
 };
 

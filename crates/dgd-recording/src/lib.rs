@@ -9,6 +9,7 @@
 #![deny(missing_docs)]
 
 mod clock;
+mod events;
 mod moment;
 mod order;
 mod origin;
@@ -21,6 +22,7 @@ mod table;
 mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, Uneven, check_even, odd_step, survey_clock};
+pub use events::Events;
 pub use moment::Moment;
 pub use order::{Rank, quantile};
 pub use origin::{days_from_1970, rfc3339, zone_offset_s};

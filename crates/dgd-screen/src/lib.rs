@@ -55,7 +55,9 @@ pub use channel::{ChannelScreen, Faults};
 pub use dgd_recording::{Channel, Recording, Well};
 pub use error::ScreenError;
 pub use options::{Limits, ScreenOptions};
-pub use plausible::{BlockSuspect, Suspicion, TOO_SELDOM_S, WellLine, coarse, suspect};
+pub use plausible::{
+    BlockSuspect, Coarse, Kept, Suspicion, TOO_SELDOM_S, WellLine, coarse, suspect,
+};
 pub use reasons::{Reasons, Tally};
 pub use screening::{Screening, screen};
 

@@ -11,7 +11,7 @@ mod words;
 use crate::{ScreenError, error};
 use causes::{Cause, TwoUnits, explain, two_units};
 use checks::{Fault, faults, through};
-pub use coarse::{TOO_SELDOM_S, coarse};
+pub use coarse::{Coarse, Kept, TOO_SELDOM_S, coarse};
 use dgd_recording::{Channel, Recording, Well};
 use dgd_units::{PressureReference, STANDARD_ATMOSPHERE_PA};
 use facts::{FactPass, Facts, quantile};

@@ -14,11 +14,14 @@ use crate::load;
 use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say;
-use dgd_diagnose::{DiagnoseError, Diagnosis, Options, Simulation, Stage, Step, diagnose};
+use dgd_diagnose::{
+    Archived, DiagnoseError, Diagnosis, Options, Simulation, Stage, Step, diagnose,
+};
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
 use dgd_identify::prepare;
 use dgd_recording::{Channel, Recording, Well};
+use dgd_screen::Coarse;
 use std::io::Write;
 use std::path::Path;
 
@@ -91,8 +94,8 @@ pub(crate) fn carry_out(
     let first = &source.recordings[0];
     let coarse = dgd_screen::coarse(&loaded.recording, loaded.step_s, &well)
         .map_err(|e| Failure::input(first, e))?;
-    let coarse = coarse.iter().map(|suspicion| well.pointing(suspicion));
-    loaded.suspicions.extend(coarse);
+    let told = Coarse::suspicions(&coarse);
+    (loaded.suspicions).extend(told.iter().map(|suspicion| well.pointing(suspicion)));
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let (samples, dated_from) = (loaded.samples, loaded.dated_from());
@@ -121,6 +124,7 @@ pub(crate) fn carry_out(
         suspects: search.suspects.to_vec(),
         without: search.without.to_vec(),
         began: dated_from,
+        archived: Archived::of(&coarse),
         ..Options::default()
     };
     let mut said = |stage: Stage| {

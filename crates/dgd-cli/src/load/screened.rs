@@ -5,8 +5,9 @@ use super::{Described, When};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use dgd_ingest::BlockOptions;
-use dgd_recording::{BlockGrid, Recording, RecordingError, Settle};
+use dgd_recording::{BlockGrid, Recording, RecordingError, Settle, Table, Well};
 use dgd_screen::{BlockScreen, BlockSuspect, ScreenOptions};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tracing::warn;
 
@@ -49,10 +50,14 @@ pub(crate) fn open<'w>(
     }
     let grid = BlockGrid::new(blocks.head(), blocks.rows(), well);
     let mut grid = grid.map_err(|e| well.unmapped(path, &e, &blocks.head().issues))?;
+    let mut sparse = Sparse::default();
     for pass in 1.. {
         progress.stage("surveying", &format!("the clock, pass {pass}"));
         blocks.each::<Failure>(|block| {
             grid.add(block);
+            if pass == 1 {
+                sparse.add(block, well);
+            }
             Ok(())
         })?;
         if !grid.next_pass().map_err(|e| Failure::input(path, e))? {
@@ -62,6 +67,14 @@ pub(crate) fn open<'w>(
     if !grid.is_in_order() {
         let why = format!(
             "{} is read in full: its samples must be put in order; sort its rows by time",
+            path.display()
+        );
+        when.say(blocks.bytes(), &why);
+        return Ok(None);
+    }
+    if sparse.may_be_events() {
+        let why = format!(
+            "{} is read in full: most of its channels have a reading in fewer than half of the rows",
             path.display()
         );
         when.say(blocks.bytes(), &why);
@@ -79,6 +92,35 @@ pub(crate) fn open<'w>(
         grid,
         told,
     }))
+}
+
+/// How many readings the channels have, and in how many rows.
+#[derive(Default)]
+struct Sparse {
+    rows: usize,
+    readings: BTreeMap<String, usize>,
+}
+
+impl Sparse {
+    fn add(&mut self, block: &Table, well: &Well) {
+        self.rows += block.rows();
+        for (_, tag) in well.channels.tags() {
+            let Some(column) = block.column(tag) else {
+                continue;
+            };
+            let read = column.values.iter().filter(|v| v.is_finite()).count();
+            match self.readings.get_mut(tag) {
+                Some(readings) => *readings += read,
+                None => _ = self.readings.insert(tag.to_owned(), read),
+            }
+        }
+    }
+
+    /// Whether channels may be filed by events, what lies between which must be known as a whole.
+    fn may_be_events(&self) -> bool {
+        let few = self.readings.values().filter(|read| 2 * **read < self.rows);
+        2 * few.count() > self.readings.len()
+    }
 }
 
 /// What ends a pass.

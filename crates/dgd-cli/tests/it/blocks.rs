@@ -267,9 +267,22 @@ fn what_cannot_be_simulated_in_blocks_is_simulated_whole_and_says_why() {
     let (early, late) = rows.split_at(1000);
     bench.write("early.csv", early.join("\n"));
     bench.write("late.csv", [&rows[..2], late].concat().join("\n"));
+    let sparse = rows.iter().enumerate().map(|(i, row)| {
+        let cells = row.split(',').enumerate();
+        let kept = |(k, cell)| {
+            if k == 0 || i < 2 || (i + k) % 3 == 0 {
+                cell
+            } else {
+                ""
+            }
+        };
+        cells.map(kept).collect::<Vec<_>>().join(",")
+    });
+    bench.write("sparse.csv", sparse.collect::<Vec<_>>().join("\n"));
     rows.swap(400, 500);
     bench.write("disordered.csv", rows.join("\n"));
     for (arguments, why) in [
+        ("sparse.csv --out run.csv", "fewer than half of the rows"),
         ("rig.mat --out run.csv", "column after another"),
         ("rig.csv --out run.mat", "column after another"),
         ("early.csv late.csv --out run.csv", "is joined with"),

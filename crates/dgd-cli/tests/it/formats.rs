@@ -470,3 +470,54 @@ fn one_reading_a_line_gives_the_answer_of_the_table() {
         assert_eq!(model(name), table, "{name}");
     }
 }
+
+/// As archives file them: a reading of a channel where it differs from the last that was filed, and the one before; by time in a table, or one a line.
+#[test]
+fn readings_by_events_are_joined_and_give_the_delay_of_the_table() {
+    let bench = Bench::new();
+    copies(&bench);
+    let text = bench.text("rig.csv");
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    let (tags, readings) = (&rows[0], &rows[2..]);
+    let value = |row: &[&str], at: usize| row[at].parse::<f64>().unwrap_or(f64::NAN);
+    let filed: Vec<Vec<bool>> = (1..tags.len())
+        .map(|at| {
+            let mut filed = vec![false; readings.len()];
+            let mut last = 0;
+            for i in 1..readings.len() {
+                let moved = (value(&readings[i], at) - value(&readings[last], at)).abs();
+                // Half a percent of what it reads.
+                if moved > 0.005 * value(&readings[last], at).abs() {
+                    filed[i - 1] = true;
+                    filed[i] = true;
+                    last = i;
+                }
+            }
+            (filed[0], filed[readings.len() - 1]) = (true, true);
+            filed
+        })
+        .collect();
+    let (mut wide, mut long) = (
+        rows[0].join(",") + "\n" + &rows[1].join(",") + "\n",
+        String::from("t,tag,value\n"),
+    );
+    for (i, row) in readings.iter().enumerate() {
+        let of = |at: usize| if filed[at - 1][i] { row[at] } else { "" };
+        let cells: Vec<&str> = (1..tags.len()).map(of).collect();
+        if cells.iter().any(|cell| !cell.is_empty()) {
+            wide += &format!("{},{}\n", row[0], cells.join(","));
+        }
+        for at in (1..tags.len()).filter(|at| filed[at - 1][i]) {
+            long += &format!("{},{},{}\n", row[0], tags[at], row[at]);
+        }
+    }
+    bench.write("wide.csv", wide);
+    bench.write("long.csv", long);
+    for name in ["wide.csv", "long.csv"] {
+        let ran = bench.dgd(&format!("fit {name} --well well.toml --json"));
+        assert!(ran.err.contains("as an archive files them"), "{}", ran.err);
+        let fit: serde_json::Value = serde_json::from_str(&ran.done()).unwrap();
+        let delay_s = fit["delay"]["best_s"].as_f64().unwrap();
+        assert!((delay_s - DELAY_S).abs() <= 1.0, "{name}: {delay_s}");
+    }
+}

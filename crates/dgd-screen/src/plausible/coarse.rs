@@ -18,8 +18,36 @@ const SPEED_PCT: f64 = 0.2;
 const SET_S: f64 = 240.0;
 /// Share of the samples of flowing mud at which a channel must move along straight lines to be interpolated. Set by hand.
 const STRAIGHT: f64 = 0.3;
+/// The same where few corners tell it, and the fewest that do. Set by hand.
+const MOSTLY_STRAIGHT: f64 = 0.5;
+const FEW_CORNERS: usize = 8;
 /// Time between two readings that is too long for causes of seconds to minutes, s: set by hand.
 pub const TOO_SELDOM_S: f64 = 10.0;
+
+/// A channel of which a historian keeps too little.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coarse {
+    /// Which it is.
+    pub channel: Channel,
+    /// What is kept of it.
+    pub kept: Kept,
+    /// Channel and tag.
+    name: String,
+    /// Of [`Kept::Moves`] the least movement, as a sentence says it.
+    movement: String,
+}
+
+/// What a historian keeps of a channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Kept {
+    /// A reading every so many seconds, held in between.
+    Seldom(f64),
+    /// Movements that are large enough, as by a deadband or few digits.
+    Moves,
+    /// A few readings, with straight lines drawn between them; this share of the samples of flowing mud lies on those that move.
+    OnLines(f64),
+}
 
 /// Channels in which causes are made up by what a historian leaves out: pressures, the return flow and a speed that rest while mud flows and then move
 /// by much, any flow or pressure whose readings are held for [`TOO_SELDOM_S`] or more, and any channel but the speed that lies on straight lines.
@@ -30,7 +58,8 @@ pub const TOO_SELDOM_S: f64 = 10.0;
 /// ```
 /// # use dgd_recording::{Recording, Well};
 /// # fn told(recording: &Recording, well: &Well) -> Result<(), dgd_screen::ScreenError> {
-/// for suspicion in dgd_screen::coarse(recording, 1.0, well)? {
+/// let coarse = dgd_screen::coarse(recording, 1.0, well)?;
+/// for suspicion in dgd_screen::Coarse::suspicions(&coarse) {
 ///     eprintln!("{suspicion}");
 /// }
 /// # Ok(())
@@ -39,47 +68,17 @@ pub const TOO_SELDOM_S: f64 = 10.0;
 ///
 /// # Errors
 /// [`ScreenError::Step`], [`ScreenError::Unequal`], [`ScreenError::Uneven`], as [`crate::suspect`].
-pub fn coarse(
-    recording: &Recording,
-    step_s: f64,
-    well: &Well,
-) -> Result<Vec<Suspicion>, ScreenError> {
+pub fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Result<Vec<Coarse>, ScreenError> {
     error::check(recording, step_s)?;
     let flowing: Vec<bool> = (recording.return_flow_m3_s.iter())
         .map(|q| *q > STANDING_M3_S)
         .collect();
-    let all: Vec<Told> = (recording.series().into_iter())
-        .filter_map(|(channel, values)| Told::of(channel, values, &flowing, step_s, well))
-        .collect();
-    let kept = all.iter().filter_map(|told| match &told.how {
-        How::Kept(how) => Some((told, format!("{} {how}", told.name))),
-        How::OnLines(_) => None,
-    });
-    let suspicions = on_lines(&all).into_iter().chain(kept).map(|(told, what)| Suspicion {
-        place: WellLine::of(told.channel),
-        message: format!(
-            "{what}: this can produce false causes; confirm any finding on an export with all readings"
-        ),
-    });
-    Ok(suspicions.collect())
+    let all = (recording.series().into_iter())
+        .filter_map(|(channel, values)| Coarse::of(channel, values, &flowing, step_s, well));
+    Ok(all.collect())
 }
 
-/// A channel of which too little is kept.
-struct Told {
-    channel: Channel,
-    /// Channel and tag.
-    name: String,
-    how: How,
-}
-
-enum How {
-    /// As a sentence says it.
-    Kept(String),
-    /// This share of the samples moves along straight lines.
-    OnLines(f64),
-}
-
-impl Told {
+impl Coarse {
     fn of(
         channel: Channel,
         values: &[f64],
@@ -97,40 +96,64 @@ impl Told {
         let set = matches!(channel, Channel::BoosterFlow | Channel::TopfillFlow)
             && values.len() < FEWEST * held;
         let is_slow = held > 1 && held_s >= TOO_SELDOM_S;
-        let how = if is_slow && !set && channel != Channel::PumpSpeed {
-            How::Kept(format!(
-                "gives a reading every {} s and holds it in between",
-                words::number(held_s)
-            ))
+        let mut movement = String::new();
+        let kept = if is_slow && !set && channel != Channel::PumpSpeed {
+            Kept::Seldom(held_s)
         } else if channel != Channel::PumpSpeed
             && let Some(share) = straight(values, flowing)
         {
             // A speed is ramped.
-            How::OnLines(share)
+            Kept::OnLines(share)
         } else {
-            let step = movement(channel, values, flowing, step_s)?;
-            How::Kept(format!(
-                "is constant at most samples while mud flows and then moves by {} {unit} or more, as with a deadband or few digits",
-                words::number(step / unit.factor)
-            ))
+            let step = least_movement(channel, values, flowing, step_s)?;
+            movement = format!("{} {unit}", words::number(step / unit.factor));
+            Kept::Moves
         };
         Some(Self {
             channel,
+            kept,
             name: format!("{channel} `{tag}`"),
-            how,
+            movement,
         })
+    }
+
+    /// What is to be asked aloud: of channels on straight lines once, with the first of them.
+    pub fn suspicions(all: &[Self]) -> Vec<Suspicion> {
+        let own = all.iter().filter_map(|one| Some((one, one.of_its_own()?)));
+        let suspicions = on_lines(all).into_iter().chain(own).map(|(one, what)| Suspicion {
+            place: WellLine::of(one.channel),
+            message: format!(
+                "{what}: this can produce false causes; confirm any finding on an export with all readings"
+            ),
+        });
+        suspicions.collect()
+    }
+
+    /// What is said of this channel alone.
+    fn of_its_own(&self) -> Option<String> {
+        let Self { name, movement, .. } = self;
+        match self.kept {
+            Kept::Seldom(every_s) => Some(format!(
+                "{name} gives a reading every {} s and holds it in between",
+                words::number(every_s)
+            )),
+            Kept::Moves => Some(format!(
+                "{name} is constant at most samples while mud flows and then moves by {movement} or more, as with a deadband or few digits"
+            )),
+            Kept::OnLines(_) => None,
+        }
     }
 }
 
 /// What is said of channels on straight lines, with the first of them: whoever made the export did the same to all.
-fn on_lines(all: &[Told]) -> Option<(&Told, String)> {
-    let share = |told: &Told| match told.how {
-        How::OnLines(share) => Some(100.0 * share),
-        How::Kept(_) => None,
+fn on_lines(all: &[Coarse]) -> Option<(&Coarse, String)> {
+    let share = |one: &Coarse| match one.kept {
+        Kept::OnLines(share) => Some(100.0 * share),
+        _ => None,
     };
-    let told: Vec<&Told> = all.iter().filter(|told| share(told).is_some()).collect();
-    let names: Vec<&str> = told.iter().map(|told| told.name.as_str()).collect();
-    let shares = || told.iter().filter_map(|told| share(told));
+    let told: Vec<&Coarse> = all.iter().filter(|one| share(one).is_some()).collect();
+    let names: Vec<&str> = told.iter().map(|one| one.name.as_str()).collect();
+    let shares = || told.iter().filter_map(|one| share(one));
     let most = shares().fold(0.0, f64::max);
     let least = shares().fold(most, f64::min);
     let verb = if names.len() == 1 { "moves" } else { "move" };
@@ -157,9 +180,11 @@ fn straight(values: &[f64], flowing: &[bool]) -> Option<f64> {
     let inside = || (2..values.len().saturating_sub(2)).filter(|i| flowing[*i]);
     let is_corner = |i: &usize| bend(*i) > STANDS_OUT * bend(i - 1).max(bend(i + 1));
     let corners: Vec<usize> = inside().filter(is_corner).collect();
-    if corners.len() < FEWEST {
-        return None;
-    }
+    let enough = match corners.len() {
+        0..FEW_CORNERS => return None,
+        FEW_CORNERS..FEWEST => MOSTLY_STRAIGHT,
+        FEWEST.. => STRAIGHT,
+    };
     let least = quantile(corners.iter().map(|i| bend(*i)), 0.5) / STANDS_OUT;
     let on_chord = |from: usize, to: usize| {
         let along = |i: usize| {
@@ -175,11 +200,11 @@ fn straight(values: &[f64], flowing: &[bool]) -> Option<f64> {
     let moving = lines.filter(|(from, to)| values[*from] != values[*to] && on_chord(*from, *to));
     let on_lines: usize = moving.map(|(from, to)| to - from).sum();
     let share = on_lines as f64 / inside().count() as f64;
-    (share > STRAIGHT).then_some(share.min(1.0))
+    (share > enough).then_some(share.min(1.0))
 }
 
 /// The least movement of a meter that rests while mud flows, but for the rarest tenth, where it is too much.
-fn movement(channel: Channel, values: &[f64], flowing: &[bool], step_s: f64) -> Option<f64> {
+fn least_movement(channel: Channel, values: &[f64], flowing: &[bool], step_s: f64) -> Option<f64> {
     let most = match channel {
         Channel::ReturnFlow => FLOW_M3_S,
         Channel::PumpSpeed => SPEED_PCT,

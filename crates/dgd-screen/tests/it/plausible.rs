@@ -2,9 +2,14 @@
 
 use super::synthetic::{PSI, every, steady};
 use dgd_recording::{Channel, ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
-use dgd_screen::{BlockSuspect, ScreenError, Suspicion, coarse, suspect};
+use dgd_screen::{BlockSuspect, Coarse, ScreenError, Suspicion, suspect};
 use dgd_units::Unit;
 use proptest::prelude::*;
+
+/// What is told of channels of which a historian keeps too little.
+fn coarse(recording: &Recording, step_s: f64, well: &Well) -> Result<Vec<Suspicion>, ScreenError> {
+    dgd_screen::coarse(recording, step_s, well).map(|all| Coarse::suspicions(&all))
+}
 
 fn column(tag: &str, unit: &str) -> ChannelSource {
     ChannelSource::column(tag, Unit::parse(unit).unwrap())
@@ -86,7 +91,7 @@ fn what_cannot_be_judged_is_refused_and_not_called_sound() {
         let in_blocks = BlockSuspect::new(step_s).and_then(|mut blocks| blocks.add(recording));
         let refused = suspect(recording, step_s, &well()).unwrap_err();
         assert_eq!(in_blocks.unwrap_err().to_string(), refused.to_string());
-        let coarse = coarse(recording, step_s, &well()).unwrap_err();
+        let coarse = dgd_screen::coarse(recording, step_s, &well()).unwrap_err();
         assert_eq!(coarse.to_string(), refused.to_string());
         refused
     };
@@ -555,6 +560,14 @@ fn readings_on_straight_lines_are_told_once_for_all_channels() {
         "{said}"
     );
     assert_eq!(told(&steady(7200, 1.0)), []);
+    // A dozen readings tell it where all lies between them.
+    let few = on_lines(steady(7200, 1.0), inlet, 600);
+    assert!(
+        only(&told(&few))
+            .message
+            .contains("`PT2` moves on straight lines")
+    );
+    assert_eq!(told(&on_lines(steady(7200, 1.0), inlet, 1200)), []);
     // A rig that was simulated without noise: lags after steps, whose bends are small beside their corners.
     let mut simulated = steady(14_400, 1.0);
     let mut lags = 0.04;

@@ -317,3 +317,55 @@ fn a_pump_that_is_logged_as_still_for_half_an_hour_is_told_as_an_influx_that_may
         found.claimed()
     );
 }
+
+/// What an archive exports that keeps the ends of straight lines along which all readings lie within a tolerance: a swinging door (Bristol, US patent
+/// 4,669,097 of 1987).
+fn on_lines(values: &[f64], tolerance: f64) -> Vec<f64> {
+    let mut lines = values.to_vec();
+    let (mut from, mut least, mut most) = (0, f64::NEG_INFINITY, f64::INFINITY);
+    for i in 1..=values.len() {
+        let slope = |off: f64| (values[i] + off - values[from]) / (i - from) as f64;
+        if i < values.len() {
+            (least, most) = (least.max(slope(-tolerance)), most.min(slope(tolerance)));
+        }
+        if i == values.len() || least > most {
+            let to = (i - 1).max(from + 1).min(values.len() - 1);
+            let rise = (values[to] - values[from]) / (to - from).max(1) as f64;
+            for (k, value) in lines[from..to].iter_mut().enumerate() {
+                *value = values[from] + rise * k as f64;
+            }
+            from = to;
+            (least, most) = (f64::NEG_INFINITY, f64::INFINITY);
+        }
+    }
+    lines
+}
+
+#[test]
+fn what_an_archive_leaves_out_of_the_pressures_is_no_mud_that_moves_to_and_fro() {
+    let mut rig = Rig::of_hours();
+    for tag in ["PT1", "PT2", "PT3", "PT4", "PT5"] {
+        let values = rig.column(tag);
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        *values = on_lines(values, 0.002 * mean);
+    }
+    let found = rig.diagnosed();
+    assert!(
+        found.err.contains("move on straight lines"),
+        "{}",
+        found.err
+    );
+    let named = found.json["findings"].as_array().unwrap().iter();
+    let named = named.filter(|f| f["probability"].as_f64() > Some(0.5) && f["effect"] != "unknown");
+    let named: Vec<&str> = named.map(|f| f["effect"].as_str().unwrap()).collect();
+    assert_eq!(named, ["influx"], "{:#}", found.json["findings"]);
+    let others = found.json["findings"].as_array().unwrap().iter();
+    let others = others.filter(|f| f["effect"] != "influx");
+    let same_as: Vec<&str> = others.map(|f| f["same_as"].as_str().unwrap()).collect();
+    assert!(
+        !same_as.is_empty()
+            && same_as
+                .iter()
+                .all(|told| told.contains("an archive left out"))
+    );
+}

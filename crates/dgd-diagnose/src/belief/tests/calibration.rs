@@ -1,6 +1,8 @@
 //! Claims about the calibration of probabilities.
 
-use crate::belief::{CALIBRATION, beside_unnamed, calibrate, is_unnamed, left_over, unmodelled};
+use crate::belief::{
+    CALIBRATION, archived, beside_unnamed, calibrate, is_unnamed, left_over, unmodelled,
+};
 use crate::relations::Applied;
 use crate::selection::Named;
 
@@ -208,4 +210,21 @@ fn an_empirical_correction_is_no_cause_and_keeps_its_probability() {
     calibrate(&mut all);
     assert_eq!(all[0].probability, 0.5);
     assert_ne!(all[1].probability, 0.5);
+}
+
+#[test]
+fn what_an_archive_can_make_up_is_likelier_something_else_unless_it_is_next_to_certain() {
+    let [made_up, certain] = [0.96, 0.99].map(|probability| {
+        let mut one = named(HURDLE, probability);
+        archived(&mut one, false);
+        one
+    });
+    close(logit(made_up.probability), logit(0.96) + 0.03_f64.ln());
+    assert!(made_up.probability < 0.5 && certain.probability > 0.5);
+    assert_eq!(made_up.alternatives[0].0, "unknown");
+    let all = |n: &Named| n.probability + n.alternatives.iter().map(|a| a.1).sum::<f64>();
+    close(all(&made_up), all(&named(HURDLE, 0.96)));
+    let mut any = named(HURDLE, 0.98);
+    archived(&mut any, true);
+    close(logit(any.probability), logit(0.98) + 0.01_f64.ln());
 }
