@@ -139,9 +139,7 @@ pub fn diagnose(
     }
     let archived = options.archived;
     let made_up = |n: &Named| archived.speaks_against(n);
-    doubt_more(&mut selection.named, sought, made_up, |n| {
-        belief::archived(n, archived.all())
-    });
+    doubt_more(&mut selection.named, sought, made_up, belief::archived);
     let nothing_left = residue::left(&traces);
     doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
     let away = runs_away(&errors);

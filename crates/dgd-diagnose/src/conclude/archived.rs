@@ -22,15 +22,10 @@ impl Archived {
         self.pressures || self.speed
     }
 
-    /// Whether so much was left out that any cause can be.
-    pub(super) fn all(self) -> bool {
-        self.pressures && self.flows
-    }
-
-    /// Whether what was left out can make up an effect.
+    /// Whether what was left out can make up an effect: where flows and pressures lie on lines, any.
     pub(super) fn speaks_against(self, named: &Named) -> bool {
         let id = named.applied.effect.about().id;
-        self.all()
+        self.pressures && self.flows
             || self.pressures && TO_AND_FRO.contains(&id)
             || self.speed && OF_THE_HEAD.contains(&id)
     }

@@ -216,7 +216,7 @@ fn an_empirical_correction_is_no_cause_and_keeps_its_probability() {
 fn what_an_archive_can_make_up_is_likelier_something_else_unless_it_is_next_to_certain() {
     let [made_up, certain] = [0.96, 0.99].map(|probability| {
         let mut one = named(HURDLE, probability);
-        archived(&mut one, false);
+        archived(&mut one);
         one
     });
     close(logit(made_up.probability), logit(0.96) + 0.03_f64.ln());
@@ -224,7 +224,4 @@ fn what_an_archive_can_make_up_is_likelier_something_else_unless_it_is_next_to_c
     assert_eq!(made_up.alternatives[0].0, "unknown");
     let all = |n: &Named| n.probability + n.alternatives.iter().map(|a| a.1).sum::<f64>();
     close(all(&made_up), all(&named(HURDLE, 0.96)));
-    let mut any = named(HURDLE, 0.98);
-    archived(&mut any, true);
-    close(logit(any.probability), logit(0.98) + 0.01_f64.ln());
 }
