@@ -31,21 +31,28 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Table, IngestError> {
     let mut issues = Vec::new();
     let text = text::decode(bytes, &mut issues)?;
     let mut layout = layout::layout(&Glimpse::of(&text))?;
-    if let Some(places) = &layout.readings {
+    if let Some(places) = layout.readings.clone() {
         let (numbered, tags) = places.number(&text, &layout)?;
-        let table = table(&numbered, &mut layout.clone(), issues)?;
-        return places.beside_each_other(table, &layout, tags, bytes.len());
+        if tags.is_any() {
+            let table = table(&numbered, &mut layout, issues)?;
+            return places.beside_each_other(table, &layout, tags, bytes.len());
+        }
     }
+    layout.readings = None;
     table(&text, &mut layout, issues)
 }
 
-/// The table of a text of this layout.
+/// The table of a text of this layout, row by row.
 fn table(text: &[u8], layout: &mut Layout, issues: Vec<Issue>) -> Result<Table, IngestError> {
     let mut rows = rows::read(text, layout)?;
     if layout.take_for_minutes(&rows.columns) {
         rows = rows::read(text, layout)?;
     }
     rows.check_names()?;
+    if layout.readings.is_some() {
+        let clocks = rows.columns.iter_mut();
+        clocks.for_each(|column| column.joined.take_as_they_are());
+    }
     let mut seen = Seen::new(rows.columns.len());
     seen.add(&rows.columns);
     let plan = Plan::new(&rows, &seen, issues);

@@ -51,17 +51,20 @@ impl Recording {
                 *read < samples || !of(*channel).is_some_and(|(_, values)| is_constant(values))
             })
             .partition(|(_, read)| *read < samples);
-        let any: Vec<usize> = (0..samples)
-            .filter(|i| {
-                let mut all = filed.iter().filter_map(|(channel, _)| of(*channel));
-                all.any(|(_, values)| values[*i].is_finite())
-            })
-            .collect();
+        let values_of = filed.iter().filter_map(|(channel, _)| of(*channel));
+        let values_of: Vec<&[f64]> = values_of.map(|(_, values)| *values).collect();
+        let is_read = |i: &usize| values_of.iter().any(|values| values[*i].is_finite());
+        let any: Vec<usize> = (0..samples).filter(is_read).collect();
         let few = |read: usize| read >= FEWEST && (read as f64) < FEW * any.len() as f64;
         let by_events = filed.iter().filter(|(channel, read)| {
             few(*read) && of(*channel).is_some_and(|(_, values)| comes_unevenly(values))
         });
-        if 2 * by_events.count() <= filed.len() + whole.len() {
+        // Of what was set a few times, nobody can tell how it comes.
+        let told = filed
+            .iter()
+            .chain(&whole)
+            .filter(|(_, read)| *read >= FEWEST);
+        if 2 * by_events.count() <= told.count() {
             return None;
         }
         let silent = silent(&any, step_s);

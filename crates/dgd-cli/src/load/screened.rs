@@ -98,7 +98,15 @@ pub(crate) fn open<'w>(
 #[derive(Default)]
 struct Sparse {
     rows: usize,
-    readings: BTreeMap<String, usize>,
+    channels: BTreeMap<String, Readings>,
+}
+
+#[derive(Default)]
+struct Readings {
+    count: usize,
+    first: Option<f64>,
+    /// Whether one differs from the first.
+    varies: bool,
 }
 
 impl Sparse {
@@ -108,18 +116,20 @@ impl Sparse {
             let Some(column) = block.column(tag) else {
                 continue;
             };
-            let read = column.values.iter().filter(|v| v.is_finite()).count();
-            match self.readings.get_mut(tag) {
-                Some(readings) => *readings += read,
-                None => _ = self.readings.insert(tag.to_owned(), read),
+            let channel = self.channels.entry(tag.to_owned()).or_default();
+            for value in column.values.iter().filter(|value| value.is_finite()) {
+                let first = *channel.first.get_or_insert(*value);
+                channel.varies |= *value != first;
+                channel.count += 1;
             }
         }
     }
 
     /// Whether channels may be filed by events, what lies between which must be known as a whole.
     fn may_be_events(&self) -> bool {
-        let few = self.readings.values().filter(|read| 2 * **read < self.rows);
-        2 * few.count() > self.readings.len()
+        let varying = || self.channels.values().filter(|channel| channel.varies);
+        let few = varying().filter(|channel| 2 * channel.count < self.rows);
+        3 * few.count() > varying().count()
     }
 }
 

@@ -504,15 +504,22 @@ pub(super) struct Joined {
     /// As those of [`Clock`].
     ahead: i64,
     moves: i64,
+    /// Whether rows come in no order, and each has its own date.
+    unordered: bool,
 }
 
 impl Joined {
+    /// Takes each date as it stands: rows come in no order.
+    pub(super) fn take_as_they_are(&mut self) {
+        self.unordered = true;
+    }
+
     /// Seconds from the first row, of seconds from its time of the day and from its date.
     pub(super) fn seconds(&mut self, of_day_s: f64, date_s: f64) -> f64 {
         if !(of_day_s + date_s).is_finite() {
             return f64::NAN;
         }
-        if let Some((before_s, last_date_s)) = self.last {
+        if let Some((before_s, last_date_s)) = self.last.filter(|_| !self.unordered) {
             let fell = of_day_s < before_s - S_PER_DAY as f64 / 2.0;
             let reversed = 2 * self.ahead < -self.moves;
             if date_s != last_date_s {

@@ -95,31 +95,73 @@ fn readings_of_events_keep_their_own_times() {
 }
 
 #[test]
+fn events_in_milliseconds_are_moved_to_whole_seconds() {
+    // A scan files its tags some milliseconds apart, when they have changed.
+    let mut text = String::from("time,tag,value\n");
+    let mut at = 0.0;
+    for i in 0..200 {
+        at += f64::from(1 + 3 * (i % 4)) + 0.013 * f64::from(i % 5);
+        _ = writeln!(text, "{at:.3},a,{i}");
+        if i % 3 > 0 {
+            _ = writeln!(text, "{:.3},b,{i}", at + 0.004);
+        }
+    }
+    let table = read(&text);
+    assert_eq!(
+        values(&table, "a").iter().filter(|v| v.is_finite()).count(),
+        200
+    );
+    assert!(values(&table, "b").iter().filter(|v| v.is_finite()).count() > 130);
+    let first = values(&table, "time")[0];
+    assert!(
+        values(&table, "time")
+            .iter()
+            .all(|t| ((t - first) % 1.0).abs() < 1e-9)
+    );
+    assert_eq!(issue(&table, IssueKind::Jitter).place, "text");
+}
+
+#[test]
 fn a_bad_reading_is_none_and_one_of_two_at_a_time_stays() {
     let text = "Timestamp;TagName;Value;Quality\n\
         2026-03-01 10:00:00;FT1;600;Good\n\
         2026-03-01 10:00:01;FT1;601;Bad - no comm\n\
+        2026-03-01 10:00:02;FT1;599;Bad\n\
         2026-03-01 10:00:02;FT1;602;Good\n\
         2026-03-01 10:00:02;FT1;603;Good\n\
-        2026-03-01 10:00:03;;604;Good\n";
+        2026-03-01 10:00:03;FT1;604;Good\n\
+        2026-03-01 10:00:04;FT1;605;Good\n\
+        2026-03-01 10:00:05;;606;Good\n";
     let table = read(text);
-    assert_same(values(&table, "FT1"), &[600.0, NAN, 602.0]);
-    assert_eq!(issue(&table, IssueKind::UnreadableValue).place, "line 3");
+    assert_same(values(&table, "FT1"), &[600.0, NAN, 602.0, 604.0, 605.0]);
+    let places = table
+        .issues
+        .iter()
+        .filter(|i| i.kind == IssueKind::UnreadableValue);
+    assert_eq!(
+        places.map(|i| i.place.as_str()).collect::<Vec<_>>(),
+        ["line 3"]
+    );
     assert!(
         issue(&table, IssueKind::DuplicateTime)
             .message
-            .starts_with("1 reading with")
+            .starts_with("2 readings with")
     );
     assert!(
         issue(&table, IssueKind::MissingTime)
             .message
             .starts_with("1 line without")
     );
+    // In numbers of OPC, where they are; of others 0 is good.
+    for (good, second) in [(192, NAN), (1, 2.0)] {
+        let text = format!("time,tag,value,quality\n0,a,1,{good}\n1,a,2,0\n2,a,3,{good}\n");
+        assert_same(values(&read(&text), "a"), &[1.0, second, 3.0]);
+    }
 }
 
 #[test]
-fn what_is_not_read_or_changes_its_unit_is_told() {
-    let text = "time,name,avg,max,uom\n0,a,1,5,gpm\n1,a,2,5,gpm\n2,a,3,5,lpm\n3,a,4,5,gpm\n";
+fn what_is_not_read_is_told_and_a_tag_in_two_units_refused() {
+    let text = "time,name,avg,max,uom\n0,a,1,5,gpm\n1,a,2,5,gpm\n2,a,3,5,gpm\n3,a,4,5,gpm\n";
     let table = read(text);
     assert_eq!(tags(&table), ["time", "a"]);
     assert_eq!(unit(&table, "a"), Some("gpm"));
@@ -128,7 +170,30 @@ fn what_is_not_read_or_changes_its_unit_is_told() {
             .message
             .ends_with("not read: `max`")
     );
-    assert_eq!(issue(&table, IssueKind::UnitDisagrees).place, "line 4");
+    let Err(IngestError::NotTabular { place, .. }) =
+        table_of(text.replace("3,5,gpm", "3,5,lpm").as_bytes())
+    else {
+        panic!("it has two units");
+    };
+    assert_eq!(place, "line 4");
+}
+
+#[test]
+fn the_tags_and_the_time_are_those_of_the_readings_not_of_a_query() {
+    let text = "_start,_stop,_time,_value,_field,_measurement\n\
+        2026-03-01T00:00:00Z,2026-03-02T00:00:00Z,2026-03-01T10:00:00Z,1,FT1,rig\n\
+        2026-03-01T00:00:00Z,2026-03-02T00:00:00Z,2026-03-01T10:00:00Z,10,PT1,rig\n\
+        2026-03-01T00:00:00Z,2026-03-02T00:00:00Z,2026-03-01T10:00:01Z,2,FT1,rig\n\
+        2026-03-01T00:00:00Z,2026-03-02T00:00:00Z,2026-03-01T10:00:01Z,11,PT1,rig\n";
+    let table = read(text);
+    assert_eq!(tags(&table), ["_time", "FT1", "PT1"]);
+    assert_eq!(values(&table, "PT1"), [10.0, 11.0]);
+    // Of words that are no tags most readings have the time of another.
+    let text = "time,name,value\n0,rig,1\n0,rig,10\n0,rig,3\n1,rig,2\n1,rig,11\n1,rig,4\n";
+    assert!(matches!(
+        table_of(text.as_bytes()),
+        Err(IngestError::NotTabular { .. })
+    ));
 }
 
 #[test]
@@ -143,16 +208,53 @@ fn times_of_the_day_need_their_date() {
     assert_eq!(values(&read(dated), "b"), [3.0, 4.0]);
 }
 
+/// By tag, for longer than half a day.
 #[test]
-fn words_beside_several_channels_are_no_tags() {
-    // What the rig does, beside a table with a channel a column; and one channel with a remark.
+fn dates_beside_times_of_the_day_are_taken_as_they_are() {
+    let mut text = String::from("date,time,tag,value\n");
+    for tag in ["a", "b", "c"] {
+        for minute in 0..900 {
+            _ = writeln!(
+                text,
+                "2026-03-01,{:02}:{:02}:00,{tag},{minute}",
+                minute / 60,
+                minute % 60
+            );
+        }
+    }
+    let table = read(&text);
+    for tag in ["a", "b", "c"] {
+        assert_eq!(values(&table, tag).len(), 900);
+        assert_eq!(values(&table, tag)[899], 899.0);
+    }
+}
+
+#[test]
+fn a_table_with_a_channel_a_column_stays_one_whatever_words_stand_in_it() {
     for text in [
         "time,activity,FT1\n0,drilling,1\n1,tripping,2\n",
-        "time,status,FT1,PT1\n0,run,1,2\n1,stop,2,3\n",
+        "t,Field,FT1,FT2,FT3,FT4,PV\n0,Gullfaks,1,0,0,0,5\n1,Gullfaks,2,0,0,0,6\n",
+        "time,name,FT1\n0,,1\n1,,2\n",
     ] {
         let table = read(text);
         assert_eq!(values(&table, "FT1"), [1.0, 2.0], "{text}");
     }
+}
+
+#[test]
+fn a_slow_tag_beside_fast_ones_has_each_reading_once() {
+    let mut text = String::from("time,tag,value\n");
+    for s in 0..60 {
+        let s = f64::from(s);
+        _ = writeln!(text, "{},a,{s}\n{},b,{s}", s, s + 0.3);
+        if s % 5.0 == 0.0 {
+            _ = writeln!(text, "{},slow,{s}", s + 0.2);
+        }
+    }
+    let table = read(&text);
+    let slow = values(&table, "slow");
+    assert_eq!(slow.iter().filter(|v| v.is_finite()).count(), 12);
+    assert_eq!((slow[10], slow[15]), (10.0, 15.0));
 }
 
 #[test]

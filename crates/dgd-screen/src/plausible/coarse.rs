@@ -100,7 +100,7 @@ impl Coarse {
         let kept = if is_slow && !set && channel != Channel::PumpSpeed {
             Kept::Seldom(held_s)
         } else if channel != Channel::PumpSpeed
-            && let Some(share) = straight(values, flowing)
+            && let Some(share) = straight(values, flowing, step_s)
         {
             // A speed is ramped.
             Kept::OnLines(share)
@@ -173,7 +173,7 @@ fn on_lines(all: &[Coarse]) -> Option<(&Coarse, String)> {
 ///
 /// Where lines meet, the second difference is large and those beside it are nothing; noise has no such corners, and a curve leaves the chord
 /// between two of them.
-fn straight(values: &[f64], flowing: &[bool]) -> Option<f64> {
+fn straight(values: &[f64], flowing: &[bool], step_s: f64) -> Option<f64> {
     /// By how much a corner stands out over the samples beside it, and over what lies on the lines.
     const STANDS_OUT: f64 = 20.0;
     let bend = |i: usize| (values[i + 1] - 2.0 * values[i] + values[i - 1]).abs();
@@ -198,8 +198,17 @@ fn straight(values: &[f64], flowing: &[bool]) -> Option<f64> {
     };
     let lines = corners.windows(2).map(|ends| (ends[0], ends[1]));
     let moving = lines.filter(|(from, to)| values[*from] != values[*to] && on_chord(*from, *to));
-    let on_lines: usize = moving.map(|(from, to)| to - from).sum();
-    let share = on_lines as f64 / inside().count() as f64;
+    let lengths: Vec<usize> = moving.map(|(from, to)| to - from).collect();
+    // Rows that come seldom, and were filled in evenly, leave nothing out.
+    let usual = quantile(lengths.iter().map(|length| *length as f64), 0.5);
+    let even = lengths
+        .iter()
+        .filter(|length| **length as f64 == usual)
+        .count();
+    if 2 * even > lengths.len() && usual * step_s < TOO_SELDOM_S {
+        return None;
+    }
+    let share = lengths.iter().sum::<usize>() as f64 / inside().count() as f64;
     (share > enough).then_some(share.min(1.0))
 }
 

@@ -552,7 +552,7 @@ fn readings_on_straight_lines_are_told_once_for_all_channels() {
         "{:?}",
         told(&one)
     );
-    let two = on_lines(one, back, 5);
+    let two = on_lines(one, back, 12);
     let both = told(&two);
     let said = &only(&both).message;
     assert!(
@@ -560,6 +560,10 @@ fn readings_on_straight_lines_are_told_once_for_all_channels() {
         "{said}"
     );
     assert_eq!(told(&steady(7200, 1.0)), []);
+    // A reading every two or five seconds with lines in between tells as much as those rows alone.
+    for every in [2, 5] {
+        assert_eq!(told(&on_lines(steady(7200, 1.0), back, every)), []);
+    }
     // A dozen readings tell it where all lies between them.
     let few = on_lines(steady(7200, 1.0), inlet, 600);
     assert!(

@@ -1,0 +1,269 @@
+//! The readings of several tags on one clock.
+
+use crate::nearest::{left_out, median_step, nearest};
+use crate::{IngestError, count};
+use dgd_recording::{Issue, IssueKind};
+
+/// Cells that the table may have for every byte of the text, and beyond: few of them are readings where each tag has its own times.
+const CELLS_A_BYTE: u64 = 4;
+const SPARE_CELLS: u64 = 1 << 20;
+
+/// Parts of a unit of the clock in which stamps are held: of a second, nanoseconds.
+const PARTS: f64 = 1e9;
+const SECOND: u64 = 1_000_000_000;
+
+/// The readings of all tags, and the stamps that they share in the end.
+pub(super) struct Readings {
+    /// What the clock reads at stamp 0.
+    from: f64,
+    tags: Vec<Series>,
+    at: Vec<u64>,
+    /// Whether `at` are the stamps of all tags, not of the busiest alone.
+    of_all: bool,
+    /// Readings without a tag or a time.
+    without_place: u64,
+}
+
+/// The readings of a tag.
+#[derive(Default)]
+struct Series {
+    at: Vec<u64>,
+    values: Vec<f64>,
+}
+
+impl Readings {
+    /// Of so many tags, none yet; on a clock that reads so.
+    pub(super) fn new(tags: usize, clock: &[f64]) -> Self {
+        Self {
+            from: clock.iter().copied().fold(f64::INFINITY, f64::min),
+            tags: (0..tags).map(|_| Series::default()).collect(),
+            at: Vec::new(),
+            of_all: true,
+            without_place: 0,
+        }
+    }
+
+    /// Adds a reading, if it has a tag and a time.
+    pub(super) fn add(&mut self, tag: Option<usize>, at: f64, value: f64) {
+        match tag.and_then(|tag| self.tags.get_mut(tag)) {
+            Some(series) if at.is_finite() => {
+                series.at.push(parts(at - self.from));
+                series.values.push(value);
+            }
+            _ => self.without_place += 1,
+        }
+    }
+
+    /// Finds the clock. Where tags share their times that is all of them; where each is polled at its own instants, those of the tag that has most
+    /// readings; and where readings come by events, the whole seconds near them. Gives what is to be said of it, `None` if most readings have the tag
+    /// and the time of another.
+    pub(super) fn onto_one_clock(&mut self, names: &[String], unit: &str) -> Option<Vec<Issue>> {
+        let readings: usize = self.tags.iter().map(|series| series.at.len()).sum();
+        let mut issues = Vec::new();
+        if self.without_place > 0 {
+            let lines = count(self.without_place, "line");
+            issues.push(issue(
+                IssueKind::MissingTime,
+                "text",
+                format!("{lines} without a time or a tag; left out"),
+            ));
+        }
+        let repeats = self.put_in_order();
+        if 2 * repeats > readings {
+            return None;
+        }
+        if repeats > 0 {
+            let repeats = count(repeats as u64, "reading");
+            issues.push(issue(IssueKind::DuplicateTime, "text", format!("{repeats} with the tag and the time of another; of each such time the first was kept")));
+        }
+        let busiest = self.tags.iter().rev().max_by_key(|series| series.at.len());
+        let busiest = busiest.map_or_else(Vec::new, |series| series.at.clone());
+        self.at = self.all();
+        let share = 2 * self.at.len() <= 3 * busiest.len();
+        let polled = self.tags.iter().filter(|series| series.is_polled()).count();
+        if !share && 2 * polled > self.tags.len() {
+            self.at = busiest;
+            self.of_all = false;
+            issues.extend(self.moved(names, unit));
+        } else if !share && unit == "s" && self.at.iter().any(|at| at % SECOND != 0) {
+            issues.extend(self.onto_seconds());
+        }
+        Some(issues)
+    }
+
+    /// Puts the readings of each tag in order, and gives how many went because another has their time.
+    fn put_in_order(&mut self) -> usize {
+        self.tags.iter_mut().map(Series::put_in_order).sum()
+    }
+
+    /// The stamps of all tags.
+    fn all(&self) -> Vec<u64> {
+        let mut all: Vec<u64> = self
+            .tags
+            .iter()
+            .flat_map(|series| series.at.iter().copied())
+            .collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Moves readings that come by events to whole seconds: their own times would make a clock of milliseconds.
+    fn onto_seconds(&mut self) -> impl Iterator<Item = Issue> {
+        for series in &mut self.tags {
+            for at in &mut series.at {
+                *at = at.saturating_add(SECOND / 2) / SECOND * SECOND;
+            }
+        }
+        let left = self.put_in_order();
+        self.at = self.all();
+        let moved =
+            "readings of each tag at times of its own were moved to whole seconds".to_owned();
+        let left = (left > 0).then(|| {
+            let readings = count(left as u64, "reading");
+            issue(
+                IssueKind::Crowded,
+                "text",
+                format!("{readings} in the second of another of the same tag; left out"),
+            )
+        });
+        [issue(IssueKind::Jitter, "text", moved)]
+            .into_iter()
+            .chain(left)
+    }
+
+    /// What becomes of readings on the stamps of the busiest tag.
+    fn moved(&self, names: &[String], unit: &str) -> impl Iterator<Item = Issue> {
+        let (mut farthest, mut left, mut tags) = (0, 0, Vec::new());
+        for (series, name) in self.tags.iter().zip(names) {
+            let (sources, moved) = nearest(&series.at, &self.at);
+            left += left_out(series.at.len(), &sources);
+            farthest = farthest.max(moved);
+            tags.extend((moved > 0).then_some(name));
+        }
+        let place = tags
+            .first()
+            .map_or("text".to_owned(), |first| format!("tag `{first}`"));
+        let others = match tags.len() {
+            0 | 1 => String::new(),
+            tags => format!(" and of {}", count(tags as u64 - 1, "other tag")),
+        };
+        let moved = (farthest > 0).then(|| {
+            let by = farthest as f64 / PARTS;
+            let message = format!("its readings{others} were moved to the nearest ones of the busiest tag, by up to {by} {unit}");
+            issue(IssueKind::Jitter, &place, message)
+        });
+        let left = (left > 0).then(|| {
+            let readings = count(left as u64, "reading");
+            let message = format!("{readings}, those of all tags together, are not the nearest to any of the busiest tag; left out");
+            issue(IssueKind::Crowded, &place, message)
+        });
+        moved.into_iter().chain(left)
+    }
+
+    /// # Errors
+    /// [`IngestError::TooLarge`] if there are more cells than so many bytes may say.
+    pub(super) fn check(&self, bytes: usize) -> Result<(), IngestError> {
+        let (stamps, tags) = (self.at.len(), self.tags.len());
+        let claimed = (stamps as u64).saturating_mul(tags as u64 + 1);
+        let limit = CELLS_A_BYTE * bytes as u64 + SPARE_CELLS;
+        if claimed <= limit {
+            return Ok(());
+        }
+        Err(IngestError::TooLarge {
+            what: format!(
+                "a table of {tags} tags at {stamps} stamps (export the tags that are needed alone)"
+            ),
+            claimed,
+            limit,
+        })
+    }
+
+    /// What the clock reads.
+    pub(super) fn stamps(&self) -> Vec<f64> {
+        self.at
+            .iter()
+            .map(|at| self.from + *at as f64 / PARTS)
+            .collect()
+    }
+
+    /// The values of each tag at the stamps, NaN where it has none.
+    pub(super) fn columns(&self) -> impl Iterator<Item = Vec<f64>> {
+        self.tags.iter().map(|series| match self.of_all {
+            true => series.on(&self.at),
+            false => series.near(&self.at),
+        })
+    }
+}
+
+impl Series {
+    /// Puts the readings in order of time; of those with one stamp the first stays that has a value. Gives how many went.
+    fn put_in_order(&mut self) -> usize {
+        let mut order: Vec<usize> = (0..self.at.len()).collect();
+        order.sort_by_key(|i| (self.at[*i], self.values[*i].is_nan()));
+        order.dedup_by_key(|i| self.at[*i]);
+        let repeats = self.at.len() - order.len();
+        self.at = order.iter().map(|i| self.at[*i]).collect();
+        self.values = order.iter().map(|i| self.values[*i]).collect();
+        repeats
+    }
+
+    /// Whether it is polled: most steps are as long as the usual one, give or take a half.
+    fn is_polled(&self) -> bool {
+        let usual = median_step(&self.at);
+        let steps = self.at.windows(2).map(|pair| pair[1] - pair[0]);
+        let even = steps
+            .filter(|step| step.abs_diff(usual) <= usual / 2)
+            .count();
+        self.at.len() > 2 && 5 * even >= 4 * (self.at.len() - 1)
+    }
+
+    /// The values at stamps among which are its own.
+    fn on(&self, stamps: &[u64]) -> Vec<f64> {
+        let mut own = self.at.iter().zip(&self.values).peekable();
+        let value = |at: &u64| {
+            own.next_if(|(own, _)| *own == at)
+                .map_or(f64::NAN, |(_, value)| *value)
+        };
+        stamps.iter().map(value).collect()
+    }
+
+    /// The values at the stamps that they are nearest to: each reading at one of them.
+    fn near(&self, stamps: &[u64]) -> Vec<f64> {
+        let (sources, _) = nearest(&self.at, stamps);
+        let mut values = vec![f64::NAN; stamps.len()];
+        // A slow tag is the nearest of several stamps; the nearest of these has it.
+        let mut best: Option<(usize, usize, u64)> = None;
+        for (stamp, source) in sources.iter().enumerate() {
+            let Some(source) = *source else { continue };
+            let distance = self.at[source].abs_diff(stamps[stamp]);
+            if let Some((before, held, least)) = best.filter(|(_, held, _)| *held == source) {
+                if distance >= least {
+                    continue;
+                }
+                values[before] = f64::NAN;
+                debug_assert_eq!(held, source);
+            }
+            values[stamp] = self.values[source];
+            best = Some((stamp, source, distance));
+        }
+        values
+    }
+}
+
+fn issue(kind: IssueKind, place: &str, message: String) -> Issue {
+    Issue {
+        kind,
+        place: place.to_owned(),
+        message,
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "not below the first; beyond five centuries it saturates"
+)]
+fn parts(after: f64) -> u64 {
+    (after * PARTS).round() as u64
+}
