@@ -38,7 +38,7 @@ pub enum Opened<B> {
 pub(crate) const WHOLE_MAT: &str = "MAT files hold one column after another";
 pub(crate) const WHOLE_TEXT: &str = "its lines tell only together what they are";
 pub(crate) const WHOLE_READINGS: &str =
-    "it has one reading a line, and those of a time are put beside each other";
+    "its readings have times of their own, and those of a time are put beside each other";
 pub(crate) const WHOLE_LINES: &str = "it has a line too long for a window, normally a megabyte";
 pub(crate) const WHOLE_RECORDS: &str = "it has a record of more than 64 MiB";
 pub(crate) const WHOLE_TOPICS: &str =

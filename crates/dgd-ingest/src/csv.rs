@@ -7,6 +7,7 @@
 mod blocks;
 mod layout;
 pub(crate) mod number;
+mod pairs;
 mod plan;
 mod readings;
 mod rows;
@@ -47,6 +48,9 @@ fn table(text: &[u8], layout: &mut Layout, issues: Vec<Issue>) -> Result<Table, 
     let mut rows = rows::read(text, layout)?;
     if layout.take_for_minutes(&rows.columns) {
         rows = rows::read(text, layout)?;
+    }
+    if let Some(pairs) = &layout.pairs {
+        return pairs.beside_each_other(&rows, issues, text.len());
     }
     rows.check_names()?;
     if layout.readings.is_some() {

@@ -148,6 +148,11 @@ fn csv() -> Outcome<()> {
     )?;
     save(
         "csv",
+        "pairs.csv",
+        b"Time FT1,FT1 (gpm),Time PT1,PT1\n2024-10-26 10:00:00,800,2024-10-26 10:00:00.5,530\n2024-10-26 10:00:01,801,2024-10-26 10:00:04,529\n2024-10-26 10:00:02,802,,\n",
+    )?;
+    save(
+        "csv",
         "headers.csv",
         b"t,a (bar),b (psi)\n0,1,2\n1,3,4\nt,b (psi),a (bar)\n2,6,5\n3,8,7\n\nTime,a\n(s),(psi)\n4,9\n",
     )?;

@@ -65,7 +65,7 @@ impl TextBlocks {
             // Why not is told from the whole text.
             return Ok(Opened::Whole(WHOLE_TEXT));
         };
-        if layout.readings.is_some() {
+        if layout.readings.is_some() || layout.pairs.is_some() {
             return Ok(Opened::Whole(WHOLE_READINGS));
         }
         let rows_at = begin + layout.start as u64;

@@ -1,5 +1,6 @@
 //! Delimiter, header, units and the sort of each column, from a sample of the lines.
 
+use super::pairs::Pairs;
 use super::readings::Places;
 use super::rows::Reading;
 use super::text::{Line, lines, words};
@@ -27,6 +28,8 @@ pub(super) struct Layout {
     pub(super) line: u64,
     /// Where each line has its reading, if it has but one.
     pub(super) readings: Option<Places>,
+    /// Where each value has its own time beside it, if all have.
+    pub(super) pairs: Option<Pairs>,
 }
 
 /// What is known of a column before its values are read.
@@ -285,16 +288,18 @@ pub(super) fn layout(glimpse: &Glimpse<'_>) -> Result<Layout, IngestError> {
         .first_row(&head, codes)
         .ok_or_else(|| nothing_numeric(text))?;
     let (above, below) = head.split_at(first_row);
+    let values: Vec<&Line<'_>> = below.iter().chain(&middle).collect();
+    columns.look_again(&rows, &values, delimiter);
     if let Some(header) = above.last() {
         columns.end(header.cells.len(), &rows);
     }
     name(&mut columns.heads, above, &columns.numeric);
-    let values: Vec<&Line<'_>> = below.iter().chain(&middle).collect();
     columns.read_digits_as_times(&values);
     columns.date_the_clock(&values);
     Ok(Layout {
         delimiter,
         readings: Places::of(&columns.heads, &columns.numeric),
+        pairs: Pairs::of(&columns.heads, &columns.kinds, &columns.numeric),
         columns: columns.heads,
         start: head[first_row].start,
         line: head[first_row].number,
@@ -337,24 +342,37 @@ impl Columns {
             numeric: vec![false; width],
             kinds: vec![None; width],
         };
-        for (index, head) in columns.heads.iter_mut().enumerate() {
-            let cells = || rows.iter().filter_map(|l| l.cells.get(index));
-            let first = stamp::first(cells().map(|c| c.as_ref()));
-            head.first = first;
-            let sorts = || cells().map(|c| sort(c, delimiter, first));
-            let count = |test: fn(Sort) -> bool| sorts().filter(|s| test(*s)).count();
-            let stamps = count(|s| matches!(s, Sort::Stamp(_)));
-            let texts = count(|s| s == Sort::Text);
-            let numbers = count(|s| s == Sort::Number);
-            head.stamps = stamps > numbers;
-            columns.kinds[index] = sorts().find_map(|s| match s {
-                Sort::Stamp(stamp) if head.stamps => Some(stamp.kind),
-                _ => None,
-            });
-            head.two_are_hours = sorts().all(two_may_be_hours);
-            columns.numeric[index] = stamps + numbers > 0 && stamps + numbers >= texts;
-        }
+        (0..width).for_each(|index| columns.look(index, rows, delimiter));
         columns
+    }
+
+    /// Tells what a column is by its cells.
+    fn look(&mut self, index: usize, rows: &[&Line<'_>], delimiter: u8) {
+        let head = &mut self.heads[index];
+        let cells = || rows.iter().filter_map(|l| l.cells.get(index));
+        let first = stamp::first(cells().map(|c| c.as_ref()));
+        head.first = first;
+        let sorts = || cells().map(|c| sort(c, delimiter, first));
+        let count = |test: fn(Sort) -> bool| sorts().filter(|s| test(*s)).count();
+        let stamps = count(|s| matches!(s, Sort::Stamp(_)));
+        let texts = count(|s| s == Sort::Text);
+        let numbers = count(|s| s == Sort::Number);
+        head.stamps = stamps > numbers;
+        self.kinds[index] = sorts().find_map(|s| match s {
+            Sort::Stamp(stamp) if head.stamps => Some(stamp.kind),
+            _ => None,
+        });
+        head.two_are_hours = sorts().all(two_may_be_hours);
+        self.numeric[index] = stamps + numbers > 0 && stamps + numbers >= texts;
+    }
+
+    /// Looks at columns that are empty in these rows in other ones: the shorter ones of several that stand side by side.
+    fn look_again(&mut self, rows: &[&Line<'_>], others: &[&Line<'_>], delimiter: u8) {
+        for index in 0..self.heads.len() {
+            if filled(rows, index).is_empty() {
+                self.look(index, others, delimiter);
+            }
+        }
     }
 
     fn known(&self, delimiter: u8) -> Known<'_> {

@@ -8,11 +8,11 @@ use super::{MAX_COLUMNS, plan};
 use crate::tags::tell_columns_apart;
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
-use series::Readings;
+pub(super) use series::Readings;
 use std::collections::HashMap;
 
 /// What the columns are called, small and without signs, that hold tags, values, units and judgements; what is likelier first.
-const TAG: [&str; 25] = [
+const TAG: [&str; 30] = [
     "tag",
     "tagname",
     "tagid",
@@ -37,9 +37,16 @@ const TAG: [&str; 25] = [
     "series",
     "topic",
     "measurement",
+    "path",
+    "varname",
+    "nodeid",
+    "sensorname",
+    "messstelle",
     "name",
 ];
-const VALUE: [&str; 11] = [
+/// Those of them that may be numbers.
+const NUMBERED_TAG: [&str; 6] = ["tag", "tagid", "pointid", "sensorid", "itemid", "numericid"];
+const VALUE: [&str; 15] = [
     "value",
     "numericvalue",
     "floatvalue",
@@ -51,6 +58,10 @@ const VALUE: [&str; 11] = [
     "average",
     "avg",
     "mean",
+    "varvalue",
+    "samplevalue",
+    "wert",
+    "messwert",
 ];
 const UNIT: [&str; 7] = [
     "unit",
@@ -61,7 +72,7 @@ const UNIT: [&str; 7] = [
     "engunits",
     "engineeringunits",
 ];
-const QUALITY: [&str; 7] = [
+const QUALITY: [&str; 10] = [
     "qualitydetail",
     "opcquality",
     "quality",
@@ -69,6 +80,9 @@ const QUALITY: [&str; 7] = [
     "statuscode",
     "confidence",
     "valid",
+    "good",
+    "isgood",
+    "dataintegrity",
 ];
 
 /// Numbers beside the value that a line has at the most; a table with a channel a column has more. Where both columns are called what they are, any may stand there.
@@ -117,14 +131,15 @@ impl Places {
             let called = |name: &&str| among.iter().copied().find(|index| named(*index) == **name);
             names.iter().find_map(called)
         };
-        let tag = find(&texts, &TAG)?;
+        let numbered = || find(&numbers, &VALUE).and(find(&numbers, &NUMBERED_TAG));
+        let tag = find(&texts, &TAG).or_else(numbered)?;
         let is_quality = |index: &usize| QUALITY.contains(&named(*index).as_str());
         let only = || {
             let mut read = numbers.iter().filter(|index| !is_quality(index));
             read.next().filter(|_| read.next().is_none()).copied()
         };
         let value = find(&numbers, &VALUE).or_else(only)?;
-        let others = |index: &usize| *index != value && !is_quality(index);
+        let others = |index: &usize| *index != value && *index != tag && !is_quality(index);
         let others: Vec<usize> = numbers.iter().copied().filter(others).collect();
         let is_plain = named(tag).starts_with("tag") && named(value) == "value";
         if others.len() > MOST_OTHERS && !is_plain {
@@ -280,12 +295,12 @@ impl Places {
             unit: clock.unit.clone(),
             values: readings.stamps(),
         }];
+        // Words of a second header are no tags.
         let named = tags.names.into_iter().zip(tags.units);
-        columns.extend(
-            named
-                .zip(readings.columns())
-                .map(|((tag, unit), values)| Column { tag, unit, values }),
-        );
+        let read = named.zip(readings.columns()).enumerate();
+        for (_, ((tag, unit), values)) in read.filter(|(tag, _)| readings.has(*tag)) {
+            columns.push(Column { tag, unit, values });
+        }
         issues.extend(tell_columns_apart(&mut columns));
         Ok(Table {
             columns,
@@ -379,7 +394,15 @@ impl<'a> Tags<'a> {
 
 /// Whether a reading is said to be bad: in words, or in numbers of OPC.
 fn is_bad(cell: &[u8], by_opc: bool) -> bool {
-    const BAD: [&[u8]; 3] = [b"bad", b"invalid", b"false"];
+    const BAD: [&[u8]; 7] = [
+        b"bad",
+        b"invalid",
+        b"false",
+        b"i/o timeout",
+        b"comm fail",
+        b"not connected",
+        b"no data",
+    ];
     let number = || std::str::from_utf8(cell).ok()?.parse::<u32>().ok();
     let begins = |word: &&[u8]| {
         let begin = cell.windows(word.len()).next();

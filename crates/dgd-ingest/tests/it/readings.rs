@@ -273,5 +273,41 @@ fn more_cells_than_the_text_may_say_are_refused() {
 fn such_a_text_is_read_whole() {
     let text = std::io::Cursor::new("time,tag,value\n0,a,1\n1,a,2\n");
     let opened = BlockReader::open(text, &ReadOptions::default(), BlockOptions::default());
-    assert!(matches!(opened, Ok(Opened::Whole(why)) if why.contains("one reading a line")));
+    assert!(matches!(opened, Ok(Opened::Whole(why)) if why.contains("times of their own")));
+}
+
+/// As a spreadsheet gets the recorded values of several tags: each with its own times beside it, as long as it has readings.
+#[test]
+fn values_with_their_own_times_beside_them_are_put_on_one_clock() {
+    let row = |s: usize| {
+        let time = |s: usize| stamp(s as f64);
+        // The second tag begins two seconds later, and changes every third second.
+        let b = if s < 20 {
+            format!("{},{}", time(2 + 3 * s), 100 + s)
+        } else {
+            ",".into()
+        };
+        format!("{},{s},{b}\n", time(s))
+    };
+    let rows: String = (0..60).map(row).collect();
+    for (header, named) in [
+        ("Time FT1,FT1 (gpm),Time PT1,PT1\n", "Time FT1"),
+        // Each name above its times.
+        ("FT1,,PT1,\n", "FT1"),
+    ] {
+        let table = read(&format!("{header}{rows}"));
+        assert_eq!(table.columns[0].tag, named);
+        assert_eq!(table.rows(), 60);
+        let (one, other) = (&table.columns[1], &table.columns[2]);
+        assert!(one.tag.starts_with("FT1") && other.tag == "PT1", "{header}");
+        assert_eq!(one.values[7], 7.0);
+        assert_eq!(
+            (other.values[2], other.values[5], other.values[59]),
+            (100.0, 101.0, 119.0)
+        );
+        assert!(other.values[3].is_nan());
+    }
+    // A date and a clock beside one value are no pairs, nor is a table with a time at its end.
+    let dated = read("Date,Time,x\n2026-03-01,10:00:00,1\n2026-03-01,10:00:01,2\n");
+    assert_eq!(tags(&dated), ["Time", "x"]);
 }

@@ -13,7 +13,7 @@ const PARTS: f64 = 1e9;
 const SECOND: u64 = 1_000_000_000;
 
 /// The readings of all tags, and the stamps that they share in the end.
-pub(super) struct Readings {
+pub(in crate::csv) struct Readings {
     /// What the clock reads at stamp 0.
     from: f64,
     tags: Vec<Series>,
@@ -33,7 +33,7 @@ struct Series {
 
 impl Readings {
     /// Of so many tags, none yet; on a clock that reads so.
-    pub(super) fn new(tags: usize, clock: &[f64]) -> Self {
+    pub(in crate::csv) fn new(tags: usize, clock: &[f64]) -> Self {
         Self {
             from: clock.iter().copied().fold(f64::INFINITY, f64::min),
             tags: (0..tags).map(|_| Series::default()).collect(),
@@ -44,7 +44,7 @@ impl Readings {
     }
 
     /// Adds a reading, if it has a tag and a time.
-    pub(super) fn add(&mut self, tag: Option<usize>, at: f64, value: f64) {
+    pub(in crate::csv) fn add(&mut self, tag: Option<usize>, at: f64, value: f64) {
         match tag.and_then(|tag| self.tags.get_mut(tag)) {
             Some(series) if at.is_finite() => {
                 series.at.push(parts(at - self.from));
@@ -57,7 +57,11 @@ impl Readings {
     /// Finds the clock. Where tags share their times that is all of them; where each is polled at its own instants, those of the tag that has most
     /// readings; and where readings come by events, the whole seconds near them. Gives what is to be said of it, `None` if most readings have the tag
     /// and the time of another.
-    pub(super) fn onto_one_clock(&mut self, names: &[String], unit: &str) -> Option<Vec<Issue>> {
+    pub(in crate::csv) fn onto_one_clock(
+        &mut self,
+        names: &[String],
+        unit: &str,
+    ) -> Option<Vec<Issue>> {
         let readings: usize = self.tags.iter().map(|series| series.at.len()).sum();
         let mut issues = Vec::new();
         if self.without_place > 0 {
@@ -163,7 +167,7 @@ impl Readings {
 
     /// # Errors
     /// [`IngestError::TooLarge`] if there are more cells than so many bytes may say.
-    pub(super) fn check(&self, bytes: usize) -> Result<(), IngestError> {
+    pub(in crate::csv) fn check(&self, bytes: usize) -> Result<(), IngestError> {
         let (stamps, tags) = (self.at.len(), self.tags.len());
         let claimed = (stamps as u64).saturating_mul(tags as u64 + 1);
         let limit = CELLS_A_BYTE * bytes as u64 + SPARE_CELLS;
@@ -179,8 +183,15 @@ impl Readings {
         })
     }
 
+    /// Whether a tag has a reading.
+    pub(in crate::csv) fn has(&self, tag: usize) -> bool {
+        self.tags
+            .get(tag)
+            .is_some_and(|series| !series.at.is_empty())
+    }
+
     /// What the clock reads.
-    pub(super) fn stamps(&self) -> Vec<f64> {
+    pub(in crate::csv) fn stamps(&self) -> Vec<f64> {
         self.at
             .iter()
             .map(|at| self.from + *at as f64 / PARTS)
@@ -188,7 +199,7 @@ impl Readings {
     }
 
     /// The values of each tag at the stamps, NaN where it has none.
-    pub(super) fn columns(&self) -> impl Iterator<Item = Vec<f64>> {
+    pub(in crate::csv) fn columns(&self) -> impl Iterator<Item = Vec<f64>> {
         self.tags.iter().map(|series| match self.of_all {
             true => series.on(&self.at),
             false => series.near(&self.at),
