@@ -88,7 +88,12 @@ impl Pairs {
         }
         issues.extend(readings.onto_one_clock(&names, "s").unwrap_or_default());
         readings.check(bytes)?;
-        let clock = columns[self.times[0]].head.tag.clone();
+        // Its name is that of the first times, unless that is the name of their values.
+        let mut values = self.times.iter().map(|at| &columns[at + 1].head);
+        let clock = match values.all(|head| head.named) {
+            true => columns[self.times[0]].head.tag.clone(),
+            false => "time".to_owned(),
+        };
         let mut table = Table {
             columns: vec![Column {
                 tag: clock,

@@ -293,7 +293,7 @@ fn values_with_their_own_times_beside_them_are_put_on_one_clock() {
     for (header, named) in [
         ("Time FT1,FT1 (gpm),Time PT1,PT1\n", "Time FT1"),
         // Each name above its times.
-        ("FT1,,PT1,\n", "FT1"),
+        ("FT1,,PT1,\n", "time"),
     ] {
         let table = read(&format!("{header}{rows}"));
         assert_eq!(table.columns[0].tag, named);
