@@ -74,7 +74,7 @@ pub(crate) fn open<'w>(
     }
     if sparse.may_be_events() {
         let why = format!(
-            "{} is read in full: most of its channels have a reading in fewer than half of the rows",
+            "{} is read in full: several of its channels have a reading in fewer than half of the rows",
             path.display()
         );
         when.say(blocks.bytes(), &why);

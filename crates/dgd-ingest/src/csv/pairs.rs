@@ -41,7 +41,7 @@ impl Pairs {
     /// The table of rows that were read, with a column a pair, on one clock.
     ///
     /// # Errors
-    /// [`IngestError`] for too many stamps of so many pairs in so many `bytes`.
+    /// [`IngestError`] if most readings have the time of another, or for too many stamps of so many pairs in so many `bytes`.
     pub(super) fn beside_each_other(
         &self,
         rows: &Rows,
@@ -86,7 +86,12 @@ impl Pairs {
                 }
             }
         }
-        issues.extend(readings.onto_one_clock(&names, "s").unwrap_or_default());
+        let told = readings.onto_one_clock(&names, "s");
+        issues.extend(told.ok_or_else(|| IngestError::NotTabular {
+            place: format!("column `{}`", columns[self.times[0]].head.tag),
+            reason: "most readings have the time of another of the same column".into(),
+            mend: "export each reading once".into(),
+        })?);
         readings.check(bytes)?;
         // Its name is that of the first times, unless that is the name of their values.
         let mut values = self.times.iter().map(|at| &columns[at + 1].head);

@@ -85,7 +85,7 @@ const QUALITY: [&str; 10] = [
     "dataintegrity",
 ];
 
-/// Numbers beside the value that a line has at the most; a table with a channel a column has more. Where both columns are called what they are, any may stand there.
+/// Numbers beside the value that a line has at the most: a table with a channel a column has more. Beside a `Tag` and a `Value` any may stand.
 const MOST_OTHERS: usize = 3;
 
 /// Lines in which the quality 192 of OPC shows that it is written in numbers; and the least that is not bad.
@@ -116,40 +116,32 @@ pub(super) struct Tags<'a> {
 }
 
 impl Places {
-    /// The places in a text with a time, a tag in words and a value a line.
+    /// The places in a text with a time, a tag and a value a line.
     pub(super) fn of(heads: &[Head], numeric: &[bool]) -> Option<Self> {
-        let named = |index: usize| -> String {
-            let name = heads[index].tag.chars().filter(|c| c.is_alphanumeric());
-            name.collect::<String>().to_lowercase()
-        };
-        let is_time = |index: &usize| heads[*index].stamps || is_time_name(&heads[*index].tag);
+        let names: Vec<String> = heads.iter().map(plain).collect();
         let (numbers, texts): (Vec<usize>, Vec<usize>) = (0..heads.len())
             .filter(|i| heads[*i].named)
             .partition(|i| numeric[*i]);
+        let is_time = |index: &usize| heads[*index].stamps || is_time_name(&heads[*index].tag);
         let (times, numbers): (Vec<usize>, Vec<usize>) = numbers.into_iter().partition(is_time);
-        let find = |among: &[usize], names: &[&str]| {
-            let called = |name: &&str| among.iter().copied().find(|index| named(*index) == **name);
-            names.iter().find_map(called)
+        let find = |among: &[usize], wanted: &[&str]| {
+            let called = |name: &&str| among.iter().copied().find(|i| names[*i] == **name);
+            wanted.iter().find_map(called)
         };
         let numbered = || find(&numbers, &VALUE).and(find(&numbers, &NUMBERED_TAG));
         let tag = find(&texts, &TAG).or_else(numbered)?;
-        let is_quality = |index: &usize| QUALITY.contains(&named(*index).as_str());
-        let only = || {
-            let mut read = numbers.iter().filter(|index| !is_quality(index));
-            read.next().filter(|_| read.next().is_none()).copied()
-        };
-        let value = find(&numbers, &VALUE).or_else(only)?;
-        let others = |index: &usize| *index != value && *index != tag && !is_quality(index);
-        let others: Vec<usize> = numbers.iter().copied().filter(others).collect();
-        let is_plain = named(tag).starts_with("tag") && named(value) == "value";
+        let is_reading = |i: &&usize| **i != tag && !QUALITY.contains(&names[**i].as_str());
+        let read: Vec<usize> = numbers.iter().filter(is_reading).copied().collect();
+        let only = || read.first().filter(|_| read.len() == 1).copied();
+        let value = find(&read, &VALUE).or_else(only)?;
+        let others: Vec<usize> = read.into_iter().filter(|i| *i != value).collect();
+        let is_plain = names[tag].starts_with("tag") && names[value] == "value";
         if others.len() > MOST_OTHERS && !is_plain {
             return None;
         }
         // Of a query's start, its end and the time, the time.
-        let is_of_reading = |index: &usize| {
-            let name = named(*index);
-            name.contains("time") || name.contains("date")
-        };
+        let is_of_reading =
+            |i: &usize| ["time", "date"].iter().any(|part| names[*i].contains(part));
         let (of_reading, rest): (Vec<usize>, Vec<usize>) =
             times.into_iter().partition(is_of_reading);
         let times = if of_reading.is_empty() {
@@ -392,6 +384,12 @@ impl<'a> Tags<'a> {
     }
 }
 
+/// The name of a column, small and without signs.
+fn plain(head: &Head) -> String {
+    let name = head.tag.chars().filter(|c| c.is_alphanumeric());
+    name.collect::<String>().to_lowercase()
+}
+
 /// Whether a reading is said to be bad: in words, or in numbers of OPC.
 fn is_bad(cell: &[u8], by_opc: bool) -> bool {
     const BAD: [&[u8]; 7] = [
@@ -405,7 +403,7 @@ fn is_bad(cell: &[u8], by_opc: bool) -> bool {
     ];
     let number = || std::str::from_utf8(cell).ok()?.parse::<u32>().ok();
     let begins = |word: &&[u8]| {
-        let begin = cell.windows(word.len()).next();
+        let begin = cell.get(..word.len());
         begin.is_some_and(|begin| begin.eq_ignore_ascii_case(word))
     };
     BAD.iter().any(begins) || by_opc && number().is_some_and(|number| number < OPC_UNCERTAIN)
