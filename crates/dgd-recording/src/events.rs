@@ -26,6 +26,14 @@ pub struct Events {
     pub shares: (f64, f64),
 }
 
+/// What is filed by events.
+struct Filed {
+    /// Channels that lack readings, each with how many it has.
+    channels: Vec<(Channel, usize)>,
+    /// Samples at which one of them has a reading.
+    any: Vec<usize>,
+}
+
 impl Recording {
     /// Draws what lies between readings, if most channels have theirs by events: at times of their own, unevenly.
     ///
@@ -42,53 +50,58 @@ impl Recording {
     /// ```
     pub fn join_events(&mut self, step_s: f64) -> Option<Events> {
         let samples = self.len();
-        let series = self.series();
-        let read = |values: &[f64]| values.iter().filter(|v| v.is_finite()).count();
-        let of = |channel: Channel| series.iter().find(|(other, _)| *other == channel);
-        // A constant in the description was not read.
-        let is_constant = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
-        let (filed, whole): (Vec<_>, Vec<_>) = (series.iter())
-            .map(|(channel, values)| (*channel, read(values)))
-            .filter(|(channel, read)| {
-                *read < samples || !of(*channel).is_some_and(|(_, values)| is_constant(values))
-            })
-            .partition(|(_, read)| *read < samples);
-        let values_of = filed.iter().filter_map(|(channel, _)| of(*channel));
-        let values_of: Vec<&[f64]> = values_of.map(|(_, values)| *values).collect();
-        let is_read = |i: &usize| values_of.iter().any(|values| values[*i].is_finite());
-        let any: Vec<usize> = (0..samples).filter(is_read).collect();
-        let few = |read: usize| read >= FEWEST && (read as f64) < FEW * any.len() as f64;
-        let by_events = filed.iter().filter(|(channel, read)| {
-            few(*read) && of(*channel).is_some_and(|(_, values)| comes_unevenly(values))
-        });
-        // Of what was set a few times, nobody can tell how it comes.
-        let told = filed
+        let filed = self.filed_by_events()?;
+        let silent = silent(&filed.any, step_s);
+        let shares = filed
+            .channels
             .iter()
-            .chain(&whole)
-            .filter(|(_, read)| *read >= FEWEST);
-        if 2 * by_events.count() <= told.count() {
-            return None;
-        }
-        let reads = filed.iter().map(|(_, read)| *read);
-        let most = reads.clone().max().unwrap_or(0);
-        if reads.min().is_none_or(|least| least * ALIKE > most) {
-            return None;
-        }
-        let silent = silent(&any, step_s);
-        let shares = filed.iter().map(|(_, read)| *read as f64 / samples as f64);
+            .map(|(_, read)| *read as f64 / samples as f64);
         let told = Events {
-            channels: filed.len(),
+            channels: filed.channels.len(),
             shares: (
                 shares.clone().fold(1.0, f64::min),
                 shares.fold(0.0, f64::max),
             ),
         };
-        for (channel, _) in filed {
+        for (channel, _) in filed.channels {
             if let Some(values) = self.channel_mut(channel) {
                 join(values, is_set(channel), &silent, step_s);
             }
         }
         Some(told)
+    }
+
+    /// What is filed by events; `None` if nothing is.
+    fn filed_by_events(&self) -> Option<Filed> {
+        let samples = self.len();
+        let is_few = |read: usize, of: usize| (read as f64) < FEW * of as f64;
+        let read = |values: &[f64]| values.iter().filter(|v| v.is_finite()).count();
+        // A constant in the description was not read.
+        let is_constant = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
+        let (filed, whole): (Vec<_>, Vec<_>) = (self.series().into_iter())
+            .map(|(channel, values)| (channel, values, read(values)))
+            .filter(|(_, values, read)| *read < samples || !is_constant(values))
+            .partition(|(_, _, read)| *read < samples);
+        if !filed.iter().any(|(_, _, read)| is_few(*read, samples)) {
+            return None;
+        }
+        let is_read = |i: &usize| filed.iter().any(|(_, values, _)| values[*i].is_finite());
+        let any: Vec<usize> = (0..samples).filter(is_read).collect();
+        // Of what was set a few times, nobody can tell how it comes.
+        let told = || filed.iter().filter(|(_, _, read)| *read >= FEWEST);
+        let by_events = told()
+            .filter(|(_, values, read)| is_few(*read, any.len()) && comes_unevenly(values))
+            .count();
+        let reads = || filed.iter().map(|(_, _, read)| *read);
+        let alike = reads().min()? * ALIKE > reads().max()?;
+        if 2 * by_events <= told().count() + whole.len() || alike {
+            return None;
+        }
+        let channels = filed.iter().map(|(channel, _, read)| (*channel, *read));
+        Some(Filed {
+            channels: channels.collect(),
+            any,
+        })
     }
 }
 
