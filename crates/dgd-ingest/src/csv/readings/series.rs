@@ -243,20 +243,19 @@ impl Series {
     fn near(&self, stamps: &[u64]) -> Vec<f64> {
         let (sources, _) = nearest(&self.at, stamps);
         let mut values = vec![f64::NAN; stamps.len()];
+        let distance = |stamp: usize, source: usize| self.at[source].abs_diff(stamps[stamp]);
+        let placed = sources.iter().enumerate();
+        let placed: Vec<(usize, usize)> = placed
+            .filter_map(|(stamp, source)| Some((stamp, (*source)?)))
+            .collect();
         // A slow tag is the nearest of several stamps; the nearest of these has it.
-        let mut best: Option<(usize, usize, u64)> = None;
-        for (stamp, source) in sources.iter().enumerate() {
-            let Some(source) = *source else { continue };
-            let distance = self.at[source].abs_diff(stamps[stamp]);
-            if let Some((before, held, least)) = best.filter(|(_, held, _)| *held == source) {
-                if distance >= least {
-                    continue;
-                }
-                values[before] = f64::NAN;
-                debug_assert_eq!(held, source);
+        for of_one in placed.chunk_by(|(_, one), (_, next)| one == next) {
+            let nearest = of_one
+                .iter()
+                .min_by_key(|(stamp, source)| distance(*stamp, *source));
+            if let Some((stamp, source)) = nearest {
+                values[*stamp] = self.values[*source];
             }
-            values[stamp] = self.values[source];
-            best = Some((stamp, source, distance));
         }
         values
     }
