@@ -135,10 +135,8 @@ pub(crate) fn unlogged(named: &mut Named) {
     outside(named, ODDS_BESIDE_UNLOGGED);
 }
 
-/// By what the odds of effects are multiplied that an archive's straight lines or its deadband can make up. By hand, of 32 recordings of one cause
-/// (`dgd-plant conceal --level 2 --kind single --count 16`, seeds 701 strong and 702 moderate), thinned by a swinging door: of 0.2 % of the pressures'
-/// range, 16 of 46 names were such made-up ones, at 0.92 and less; of 0.3 % of all channels', 33 of 53; of 1 %, where flows lie on lines too, 37 of 44
-/// names were wrong, at 0.98 and less. True ones are at 0.97 and more as a rule.
+/// By what the odds of effects are multiplied that an archive's straight lines or its deadband can make up. Set by hand: what was made up in recordings of
+/// building seeds that a swinging door had thinned was at 0.98 and less.
 const ODDS_OF_ARCHIVED: f64 = 0.03;
 
 /// Shares the probability of an effect that may be made up by what an archive left out with what the catalogue does not hold.

@@ -469,21 +469,18 @@ impl Archived {
     /// assert_eq!(Archived::of(&[]), Archived::default());
     /// ```
     pub fn of(coarse: &[Coarse]) -> Self {
-        let on_lines = |is: fn(Channel) -> bool| {
-            let lines = coarse
-                .iter()
-                .filter(|one| matches!(one.kept, Kept::OnLines(_)));
-            lines.map(|one| one.channel).any(is)
-        };
-        Self {
-            pressures: on_lines(|channel| channel.dimension() == Dimension::Pressure),
-            flows: on_lines(|channel| {
-                matches!(channel, Channel::ReturnFlow | Channel::MudPumpFlow)
-            }),
-            speed: coarse
-                .iter()
-                .any(|one| one.channel == Channel::PumpSpeed && one.kept == Kept::Moves),
+        let mut told = Self::default();
+        for one in coarse {
+            match (one.kept, one.channel) {
+                (Kept::OnLines(_), Channel::ReturnFlow | Channel::MudPumpFlow) => told.flows = true,
+                (Kept::OnLines(_), channel) => {
+                    told.pressures |= channel.dimension() == Dimension::Pressure;
+                }
+                (Kept::Moves(_), Channel::PumpSpeed) => told.speed = true,
+                _ => {}
+            }
         }
+        told
     }
 }
 

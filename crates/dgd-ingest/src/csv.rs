@@ -49,10 +49,10 @@ fn table(text: &[u8], layout: &mut Layout, issues: Vec<Issue>) -> Result<Table, 
     if layout.take_for_minutes(&rows.columns) {
         rows = rows::read(text, layout)?;
     }
+    rows.check_names()?;
     if let Some(pairs) = &layout.pairs {
         return pairs.beside_each_other(&rows, issues, text.len());
     }
-    rows.check_names()?;
     if layout.readings.is_some() {
         let clocks = rows.columns.iter_mut();
         clocks.for_each(|column| column.joined.take_as_they_are());

@@ -10,7 +10,7 @@
 //! unit, is for a well description to say (`dgd_recording::Well`). Nothing is filled,
 //! resampled or screened here, with three exceptions that are told as issues: MCAP
 //! messages out of order are sorted, several MCAP topics are brought onto one clock, and
-//! so are the tags of a text that has one reading a line.
+//! so are texts whose readings have times of their own.
 #![deny(missing_docs)]
 
 mod blocks;

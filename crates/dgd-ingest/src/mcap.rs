@@ -13,7 +13,7 @@ mod walk;
 
 pub(crate) use blocks::LogBlocks;
 
-use crate::nearest::{self, nearest};
+use crate::nearest::nearest;
 use crate::tags::tell_columns_apart;
 use crate::{IngestError, count};
 use dgd_recording::{Column, Issue, IssueKind, Table};
@@ -378,13 +378,17 @@ fn tell(stream: &mut Stream, issues: &mut Vec<Issue>) {
 
 /// How many messages of a stream are nobody's nearest.
 fn left_out(stream: &Stream, sources: &[Option<usize>]) -> Option<Issue> {
-    let left = nearest::left_out(stream.log_ns.len(), sources);
+    let mut used = vec![false; stream.log_ns.len()];
+    for source in sources.iter().flatten() {
+        used[*source] = true;
+    }
+    let left = used.iter().filter(|used| !**used).count();
     (left > 0).then(|| Issue {
         kind: IssueKind::Crowded,
         place: format!("topic `{}`", stream.topic),
         message: format!(
             "{left} of its {} are not the nearest to any of the busiest topic; left out",
-            count(stream.log_ns.len() as u64, "message")
+            count(used.len() as u64, "message")
         ),
     })
 }

@@ -36,15 +36,6 @@ pub(crate) fn nearest(of_ns: &[u64], at_ns: &[u64]) -> (Vec<Option<usize>>, u64)
     (sources, farthest)
 }
 
-/// How many of so many readings are nobody's nearest.
-pub(crate) fn left_out(readings: usize, sources: &[Option<usize>]) -> usize {
-    let mut used = vec![false; readings];
-    for source in sources.iter().flatten() {
-        used[*source] = true;
-    }
-    used.iter().filter(|used| !**used).count()
-}
-
 /// Median of the steps that are longer than none; 0 without one.
 pub(crate) fn median_step(ns: &[u64]) -> u64 {
     let mut steps: Vec<u64> = ns

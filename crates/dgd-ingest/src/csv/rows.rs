@@ -10,7 +10,7 @@ use std::collections::HashSet;
 
 /// Cells that a file may have beyond one for each of its bytes: short rows of a wide
 /// table are filled with NaN, and that must not cost more memory than a full table.
-const SPARE_CELLS: u64 = 1 << 20;
+pub(super) const SPARE_CELLS: u64 = 1 << 20;
 
 /// A column being read.
 pub(super) struct Reading {

@@ -5,6 +5,7 @@ use super::{Suspicion, WellLine, words};
 use crate::channel::is_pressure;
 use crate::{ScreenError, error};
 use dgd_recording::{Channel, ChannelSource, Recording, STANDING_M3_S, Well, held_for};
+use dgd_units::Unit;
 
 /// Share of the samples of flowing mud at which a meter must rest to be coarse.
 const RESTS: f64 = 0.5;
@@ -33,8 +34,8 @@ pub struct Coarse {
     pub kept: Kept,
     /// Channel and tag.
     name: String,
-    /// Of [`Kept::Moves`] the least movement, as a sentence says it.
-    movement: String,
+    /// What the description says it is in.
+    unit: Unit,
 }
 
 /// What a historian keeps of a channel.
@@ -43,8 +44,8 @@ pub struct Coarse {
 pub enum Kept {
     /// A reading every so many seconds, held in between.
     Seldom(f64),
-    /// Movements that are large enough, as by a deadband or few digits.
-    Moves,
+    /// Movements of so much and more, SI (% of a speed), as by a deadband or few digits.
+    Moves(f64),
     /// A few readings, with straight lines drawn between them; this share of the samples of flowing mud lies on those that move.
     OnLines(f64),
 }
@@ -96,7 +97,6 @@ impl Coarse {
         let set = matches!(channel, Channel::BoosterFlow | Channel::TopfillFlow)
             && values.len() < FEWEST * held;
         let is_slow = held > 1 && held_s >= TOO_SELDOM_S;
-        let mut movement = String::new();
         let kept = if is_slow && !set && channel != Channel::PumpSpeed {
             Kept::Seldom(held_s)
         } else if channel != Channel::PumpSpeed
@@ -105,15 +105,13 @@ impl Coarse {
             // A speed is ramped.
             Kept::OnLines(share)
         } else {
-            let step = least_movement(channel, values, flowing, step_s)?;
-            movement = format!("{} {unit}", words::number(step / unit.factor));
-            Kept::Moves
+            Kept::Moves(least_movement(channel, values, flowing, step_s)?)
         };
         Some(Self {
             channel,
             kept,
             name: format!("{channel} `{tag}`"),
-            movement,
+            unit: *unit,
         })
     }
 
@@ -131,14 +129,15 @@ impl Coarse {
 
     /// What is said of this channel alone.
     fn of_its_own(&self) -> Option<String> {
-        let Self { name, movement, .. } = self;
+        let Self { name, unit, .. } = self;
         match self.kept {
             Kept::Seldom(every_s) => Some(format!(
                 "{name} gives a reading every {} s and holds it in between",
                 words::number(every_s)
             )),
-            Kept::Moves => Some(format!(
-                "{name} is constant at most samples while mud flows and then moves by {movement} or more, as with a deadband or few digits"
+            Kept::Moves(least) => Some(format!(
+                "{name} is constant at most samples while mud flows and then moves by {} {unit} or more, as with a deadband or few digits",
+                words::number(least / unit.factor)
             )),
             Kept::OnLines(_) => None,
         }

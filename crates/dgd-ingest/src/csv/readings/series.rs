@@ -1,12 +1,12 @@
 //! The readings of several tags on one clock.
 
-use crate::nearest::{left_out, median_step, nearest};
+use super::super::rows::SPARE_CELLS;
+use crate::nearest::{median_step, nearest};
 use crate::{IngestError, count};
 use dgd_recording::{Issue, IssueKind};
 
 /// Cells that the table may have for every byte of the text, and beyond: few of them are readings where each tag has its own times.
 const CELLS_A_BYTE: u64 = 4;
-const SPARE_CELLS: u64 = 1 << 20;
 
 /// Parts of a unit of the clock in which stamps are held: of a second, nanoseconds.
 const PARTS: f64 = 1e9;
@@ -18,8 +18,6 @@ pub(in crate::csv) struct Readings {
     from: f64,
     tags: Vec<Series>,
     at: Vec<u64>,
-    /// Whether `at` are the stamps of all tags, not of the busiest alone.
-    of_all: bool,
     /// Readings without a tag or a time.
     without_place: u64,
 }
@@ -38,7 +36,6 @@ impl Readings {
             from: clock.iter().copied().fold(f64::INFINITY, f64::min),
             tags: (0..tags).map(|_| Series::default()).collect(),
             at: Vec::new(),
-            of_all: true,
             without_place: 0,
         }
     }
@@ -87,8 +84,7 @@ impl Readings {
         let polled = self.tags.iter().filter(|series| series.is_polled()).count();
         if !share && 2 * polled > self.tags.len() {
             self.at = busiest;
-            self.of_all = false;
-            issues.extend(self.moved(names, unit));
+            issues.extend(self.onto_the_busiest(names, unit));
         } else if !share && unit == "s" && self.at.iter().any(|at| at % SECOND != 0) {
             issues.extend(self.onto_seconds());
         }
@@ -136,12 +132,13 @@ impl Readings {
             .chain(left)
     }
 
-    /// What becomes of readings on the stamps of the busiest tag.
-    fn moved(&self, names: &[String], unit: &str) -> impl Iterator<Item = Issue> {
+    /// Moves readings to the stamps of the busiest tag.
+    fn onto_the_busiest(&mut self, names: &[String], unit: &str) -> impl Iterator<Item = Issue> {
         let (mut farthest, mut left, mut tags) = (0, 0, Vec::new());
-        for (series, name) in self.tags.iter().zip(names) {
-            let (sources, moved) = nearest(&series.at, &self.at);
-            left += left_out(series.at.len(), &sources);
+        for (series, name) in self.tags.iter_mut().zip(names) {
+            let before = series.at.len();
+            let moved = series.move_to(&self.at);
+            left += before - series.at.len();
             farthest = farthest.max(moved);
             tags.extend((moved > 0).then_some(name));
         }
@@ -200,10 +197,7 @@ impl Readings {
 
     /// The values of each tag at the stamps, NaN where it has none.
     pub(in crate::csv) fn columns(&self) -> impl Iterator<Item = Vec<f64>> {
-        self.tags.iter().map(|series| match self.of_all {
-            true => series.on(&self.at),
-            false => series.near(&self.at),
-        })
+        self.tags.iter().map(|series| series.on(&self.at))
     }
 }
 
@@ -239,25 +233,26 @@ impl Series {
         stamps.iter().map(value).collect()
     }
 
-    /// The values at the stamps that they are nearest to: each reading at one of them.
-    fn near(&self, stamps: &[u64]) -> Vec<f64> {
-        let (sources, _) = nearest(&self.at, stamps);
-        let mut values = vec![f64::NAN; stamps.len()];
-        let distance = |stamp: usize, source: usize| self.at[source].abs_diff(stamps[stamp]);
+    /// Moves each reading to the stamp that it is nearest to, if there is one within reach, and gives the farthest move.
+    fn move_to(&mut self, stamps: &[u64]) -> u64 {
+        let (sources, farthest) = nearest(&self.at, stamps);
         let placed = sources.iter().enumerate();
         let placed: Vec<(usize, usize)> = placed
             .filter_map(|(stamp, source)| Some((stamp, (*source)?)))
             .collect();
         // A slow tag is the nearest of several stamps; the nearest of these has it.
-        for of_one in placed.chunk_by(|(_, one), (_, next)| one == next) {
-            let nearest = of_one
-                .iter()
-                .min_by_key(|(stamp, source)| distance(*stamp, *source));
-            if let Some((stamp, source)) = nearest {
-                values[*stamp] = self.values[*source];
-            }
-        }
-        values
+        let of_each = placed.chunk_by(|(_, one), (_, next)| one == next);
+        let distance =
+            |(stamp, source): &&(usize, usize)| self.at[*source].abs_diff(stamps[*stamp]);
+        let placed: Vec<(usize, usize)> = of_each
+            .filter_map(|one| one.iter().min_by_key(distance).copied())
+            .collect();
+        self.values = placed
+            .iter()
+            .map(|(_, source)| self.values[*source])
+            .collect();
+        self.at = placed.iter().map(|(stamp, _)| stamps[*stamp]).collect();
+        farthest
     }
 }
 
