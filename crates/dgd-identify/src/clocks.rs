@@ -220,24 +220,35 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
     let delay = isize::try_from(delay).unwrap_or_default();
     let every = (n / ROWS).max(base.div_ceil(2)).max(1);
     let most = samples_of(LATE_S[LATE_S.len() - 1], step_s);
-    // The same rows for all, so that they can be compared.
-    let rows: Vec<(usize, f64, f64)> = (0..n.saturating_sub(base + most))
-        .step_by(every)
-        .filter_map(|t| {
-            let rise = inlet_pa[t + base] - inlet_pa[t];
-            let late = t.checked_add_signed(delay).filter(|t| t + base <= n)?;
-            let out = sum_over(late..late + base, |t| recording.return_flow_m3_s[t])?;
-            sum_over(t..t + base + most, inflow)?;
-            rise.is_finite().then_some((t, rise, out))
-        })
-        .collect();
-    let left = |late: usize| {
-        let names = ["inflow", "outflow", "rest"];
-        let mut sums = dgd_lsq::Accumulator::new(names).ok()?;
-        for (t, rise, out) in &rows {
-            let inflow = sum_over(t + late..t + late + base, inflow)?;
-            sums.push(&[inflow, *out, 1.0], *rise).ok()?;
+    // The same rows for all, so that they can be compared; of each the inflow is summed up to each of its samples.
+    let (mut rises, mut outflows, mut summed) = (Vec::new(), Vec::new(), Vec::new());
+    let reach = base + most;
+    for t in (0..n.saturating_sub(reach)).step_by(every) {
+        let rise = inlet_pa[t + base] - inlet_pa[t];
+        let late = t.checked_add_signed(delay).filter(|t| t + base <= n);
+        let out = late.map_or(f64::NAN, |late| {
+            recording.return_flow_m3_s[late..late + base].iter().sum()
+        });
+        let mut sum = 0.0;
+        summed.push(sum);
+        summed.extend((t..t + reach).map(|t| {
+            sum += inflow(t);
+            sum
+        }));
+        if (rise + out + sum).is_finite() {
+            rises.push(rise);
+            outflows.push(out);
+        } else {
+            summed.truncate(rises.len() * (reach + 1));
         }
+    }
+    let ones = vec![1.0; rises.len()];
+    let left = |late: usize| {
+        let rows = summed.chunks_exact(reach + 1);
+        let inflows: Vec<f64> = rows.map(|row| row[late + base] - row[late]).collect();
+        let mut sums = dgd_lsq::Accumulator::new(["inflow", "outflow", "rest"]).ok()?;
+        sums.push_columns(&[&inflows, &outflows, &ones], &rises)
+            .ok()?;
         let fit = sums.reduce().solve(1e6).ok()?;
         // More mud that flows in raises the pressure, or this is no balance.
         (fit.n >= FEWEST && fit.coefficients[0] > 0.0).then_some(fit.mse)
@@ -300,10 +311,4 @@ fn samples_of(seconds: f64, step_s: f64) -> usize {
     )]
     let samples = (seconds / step_s).round().clamp(0.0, 600.0) as usize;
     samples
-}
-
-/// Sum over some samples, `None` where a value is missing in them.
-fn sum_over(samples: Range<usize>, value: impl Fn(usize) -> f64) -> Option<f64> {
-    let sum: f64 = samples.map(value).sum();
-    sum.is_finite().then_some(sum)
 }

@@ -105,6 +105,8 @@ impl Fault {
 pub(crate) struct Collector {
     format: &'static str,
     columns: Vec<Column>,
+    /// What stood for no value in each column.
+    nulls: Vec<Nulls>,
     issues: Vec<Issue>,
     more_issues: usize,
     texts: Vec<(String, String)>,
@@ -134,6 +136,7 @@ impl Collector {
         Self {
             format,
             columns: Vec::new(),
+            nulls: Vec::new(),
             issues: Vec::new(),
             more_issues: 0,
             texts: Vec::new(),
@@ -247,6 +250,7 @@ impl Collector {
     pub(crate) fn roll_back(&mut self, mark: Mark) -> usize {
         let dropped = self.columns.len() - mark.columns;
         self.columns.truncate(mark.columns);
+        self.nulls.truncate(mark.columns);
         self.texts.truncate(mark.texts);
         dropped
     }
@@ -275,6 +279,7 @@ impl Collector {
                 (_, false) => format!("{tag}(:,{})", k + 1),
                 (_, true) => format!("{tag}({},:)", k + 1),
             };
+            self.nulls.push(Nulls::blanked(&mut values));
             self.columns.push(Column {
                 tag,
                 unit: None,
@@ -297,7 +302,7 @@ impl Collector {
                 },
             });
         }
-        self.blank_log_nulls();
+        self.tell_of_log_nulls();
         let mut shelf = Texts::new(&self.texts);
         for column in &mut self.columns {
             let base = base_of(&column.tag);
@@ -357,17 +362,14 @@ impl Collector {
         })
     }
 
-    fn blank_log_nulls(&mut self) {
-        let mut told = Vec::new();
-        for column in &mut self.columns {
-            let mut nulls = Nulls::default();
-            for (value, number) in column.values.iter_mut().zip(1..) {
-                *value = nulls.blank(*value, number);
-            }
-            let place = |number: u64| format!("`{}`, value {number}", column.tag);
-            told.extend(nulls.told().map(|(number, said)| (place(number), said)));
-        }
-        for (place, message) in told {
+    /// Tells which columns held numbers that stand for no value.
+    fn tell_of_log_nulls(&mut self) {
+        let columns = self.columns.iter().zip(&self.nulls);
+        let told = columns.filter_map(|(column, nulls)| {
+            let (number, said) = nulls.told()?;
+            Some((format!("`{}`, value {number}", column.tag), said))
+        });
+        for (place, message) in told.collect::<Vec<_>>() {
             self.issue(IssueKind::UnreadableValue, place, message);
         }
     }

@@ -2,9 +2,11 @@
 
 use crate::count;
 
-/// Whether a number stands for none (LAS and WITS conventions).
+/// Numbers that stand for none (LAS and WITS conventions).
+const LOG_NULLS: [f64; 2] = [-999.25, -9999.0];
+
+/// Whether a number stands for none.
 pub(crate) fn is_log_null(value: f64) -> bool {
-    const LOG_NULLS: [f64; 2] = [-999.25, -9999.0];
     value < 0.0 && LOG_NULLS.contains(&value)
 }
 
@@ -25,6 +27,25 @@ pub(crate) struct Nulls {
 }
 
 impl Nulls {
+    /// Those of a whole column, which are NaN from here on.
+    pub(crate) fn blanked(column: &mut [f64]) -> Self {
+        /// Values looked at together.
+        const STRETCH: usize = 64;
+        let mut nulls = Self::default();
+        let mut number = 1;
+        for stretch in column.chunks_mut(STRETCH) {
+            // Most have none; without an early exit the compiler can vectorise.
+            let none = |v: &f64| u64::from(LOG_NULLS[0] == *v) | u64::from(LOG_NULLS[1] == *v);
+            if stretch.iter().map(none).sum::<u64>() > 0 {
+                for (value, number) in stretch.iter_mut().zip(number..) {
+                    *value = nulls.blank(*value, number);
+                }
+            }
+            number += STRETCH as u64;
+        }
+        nulls
+    }
+
     /// NaN for a value that stands for none; `number` is its place in the column, from 1.
     pub(crate) fn blank(&mut self, value: f64, number: u64) -> f64 {
         if !is_log_null(value) {

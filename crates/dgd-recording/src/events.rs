@@ -1,6 +1,7 @@
 //! Channels of which a historian filed a reading when it had changed, and none in between.
 
 use crate::{Channel, Recording};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A channel that has a reading at fewer of the samples that hold any is filed by events, if it comes unevenly.
@@ -75,10 +76,11 @@ impl Recording {
     fn filed_by_events(&self) -> Option<Filed> {
         let samples = self.len();
         let is_few = |read: usize, of: usize| (read as f64) < FEW * of as f64;
-        let read = |values: &[f64]| values.iter().filter(|v| v.is_finite()).count();
+        // Without a branch, so that the compiler can vectorise it.
+        let read = |values: &[f64]| values.iter().map(|v| usize::from(v.is_finite())).sum();
         // A constant in the description was not read.
         let is_constant = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
-        let (filed, whole): (Vec<_>, Vec<_>) = (self.series().into_iter())
+        let (filed, whole): (Vec<_>, Vec<_>) = (self.series().into_par_iter())
             .map(|(channel, values)| (channel, values, read(values)))
             .filter(|(_, values, read)| *read < samples || !is_constant(values))
             .partition(|(_, _, read)| *read < samples);

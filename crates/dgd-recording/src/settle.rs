@@ -2,6 +2,7 @@
 
 use crate::{Channel, Recording};
 use dgd_units::Dimension;
+use rayon::prelude::*;
 
 /// Takes out of readings what no transmitter tells, so that one that is held is known by being equal.
 ///
@@ -38,9 +39,10 @@ impl Settle {
                 .map(|channel| (channel, f64::NAN))
                 .collect();
         }
-        for (values, (channel, last)) in block.series_mut().zip(&mut self.last) {
+        let each: Vec<_> = block.series_mut().zip(&mut self.last).collect();
+        each.into_par_iter().for_each(|(values, (channel, last))| {
             settle(values, resolved(channel.dimension()), last);
-        }
+        });
     }
 }
 
@@ -62,16 +64,25 @@ fn settle(values: &mut [f64], least: f64, last: &mut f64) {
             settle_each(stretch, least, last);
             continue;
         };
-        // Most stretches move on with every sample; without an early exit the compiler can vectorise. Neither NaN nor infinity moves on.
-        let moves = |a: f64, b: f64| ((a - b).abs() >= least) & ((a - b).abs() < f64::INFINITY);
         let (first, end) = (*first, *end);
-        let pairs = stretch.windows(2);
-        if moves(first, *last) & pairs.fold(true, |all, w| all & moves(w[1], w[0])) {
+        if stays(*last, first, least) & all_stay(stretch, least) {
             *last = end;
         } else {
             settle_each(stretch, least, last);
         }
     }
+}
+
+/// Whether a value stays as it is after one that does: it is equal in every bit, or moves on. Neither NaN nor infinity moves on.
+fn stays(before: f64, after: f64, least: f64) -> bool {
+    let step = (after - before).abs();
+    ((step >= least) & (step < f64::INFINITY)) | (before.to_bits() == after.to_bits())
+}
+
+/// Whether every value of a stretch stays, if the first does; without an early exit, so that the compiler can vectorise it.
+fn all_stay(stretch: &[f64], least: f64) -> bool {
+    let strays = |(before, after): (&f64, &f64)| u64::from(!stays(*before, *after, least));
+    stretch.iter().zip(&stretch[1..]).map(strays).sum::<u64>() == 0
 }
 
 /// The same, sample by sample.

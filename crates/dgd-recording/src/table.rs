@@ -95,10 +95,26 @@ impl Table {
 
     /// The least value of a column.
     fn earliest(&self, index: usize) -> Option<f64> {
-        let stamps = &self.columns.get(index)?.values;
-        let finite = stamps.iter().copied().filter(|t| t.is_finite());
-        finite.reduce(f64::min)
+        earliest(&self.columns.get(index)?.values)
     }
+}
+
+/// The least finite value.
+pub(crate) fn earliest(stamps: &[f64]) -> Option<f64> {
+    // In lanes: none waits for the one before. NaN compares false.
+    const LANES: usize = 8;
+    let mut least = [f64::INFINITY; LANES];
+    for stamps in stamps.chunks(LANES) {
+        for (least, t) in least.iter_mut().zip(stamps) {
+            *least = if (*t < *least) & (*t >= f64::MIN) {
+                *t
+            } else {
+                *least
+            };
+        }
+    }
+    let least = least.into_iter().fold(f64::INFINITY, f64::min);
+    least.is_finite().then_some(least)
 }
 
 /// Something wrong in a file that still could be read.

@@ -4,6 +4,7 @@
 
 use crate::scan::{Scan, Steps, repeats};
 use dgd_recording::Run;
+use std::ops::Range;
 
 /// What makes a run of equal values a stuck one.
 #[derive(Debug, Clone, Copy)]
@@ -32,13 +33,18 @@ pub(crate) struct Held {
 impl Held {
     /// A run that begins with a value.
     pub(crate) fn at(start: usize, value: f64) -> Self {
+        Self::of(start, 1, value)
+    }
+
+    /// A run of which no value is missing.
+    fn of(start: usize, length: usize, value: f64) -> Self {
         Self {
             run: Run {
                 start,
-                length: 1,
+                length,
                 value,
             },
-            told: 1,
+            told: length,
             gaps: 0,
             missing: 0,
         }
@@ -153,12 +159,15 @@ pub(crate) fn find(
     rule: StuckRule,
     honest: impl Fn(&Run, usize) -> bool,
 ) -> Stuck {
-    let mut runs: Vec<Held> = Vec::new();
+    let mut found: Option<Vec<Held>> = None;
     let complete = scan.pairs + 1 >= values.len();
     let (shortest, share) = settle((scan.equal, scan.pairs), rule, |least| {
-        runs = long_runs(values, complete, least, rule.gap);
+        // What is asked for only grows: the runs are looked for once.
+        let runs = found.get_or_insert_with(|| long_runs(values, complete, least, rule.gap));
+        runs.retain(|held| held.told >= least);
         (runs.len(), runs.iter().map(Held::repeats).sum())
     });
+    let mut runs = found.unwrap_or_default();
     runs.retain(|held| held.told >= shortest && !honest(&held.run, shortest));
     judge_locally(&mut runs, values.len(), share, rule, |start, end| {
         repeats(&values[start..end])
@@ -269,42 +278,73 @@ pub(crate) fn long_runs(values: &[f64], complete: bool, least: usize, gap: usize
     }
 }
 
-/// Looks at every sample.
+/// Whole stretches by strides; what holds at their ends may go on beyond what is missing.
 fn over_gaps(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
+    let least = least.max(2);
     let mut runs = Vec::new();
-    let mut start = lone(values);
-    while let Some(value) = values.get(start) {
-        let mut held = Held::at(start, *value);
-        let after = &values[start + 1..];
-        let end = after.iter().position(|v| !held.goes_on(*v, gap));
-        if held.told >= least.max(2) {
-            runs.push(held);
-        }
-        let Some(end) = end else {
-            break;
+    let keep = |held: Held, runs: &mut Vec<Held>| {
+        runs.extend((held.told >= least && held.run.value.is_finite()).then_some(held));
+    };
+    // The run at the end of the stretch before.
+    let mut open: Option<Held> = None;
+    for stretch in stretches(values) {
+        let (start, end) = (stretch.start, stretch.end);
+        let part = &values[stretch];
+        let (first, last) = (part[0], part[part.len() - 1]);
+        let head = part.iter().take_while(|v| **v == first).count();
+        let goes_on = |before: &Held| {
+            let apart = start - (before.run.start + before.run.length);
+            before.run.value == first && first.is_finite() && apart <= gap
         };
-        start += 1 + end;
-        start += lone(&values[start..]);
+        let held = match open.take() {
+            Some(mut before) if goes_on(&before) => {
+                before.told += head;
+                before.gaps += 1;
+                before.run.length = start + head - before.run.start;
+                before
+            }
+            before => {
+                before.into_iter().for_each(|held| keep(held, &mut runs));
+                Held::of(start, head, first)
+            }
+        };
+        if head == part.len() {
+            open = Some(held);
+            continue;
+        }
+        keep(held, &mut runs);
+        let tail = part.iter().rev().take_while(|v| **v == last).count();
+        let inside = striding(&part[head..part.len() - tail], least);
+        runs.extend(inside.into_iter().map(|mut held| {
+            held.run.start += start + head;
+            held
+        }));
+        open = Some(Held::of(end - tail, tail, last));
     }
+    open.into_iter().for_each(|held| keep(held, &mut runs));
     runs
 }
 
-/// Samples at the beginning that begin no run: none is repeated by the next, nor is that one missing.
-fn lone(values: &[f64]) -> usize {
-    const LANES: usize = 8;
-    let runs_on = |(a, b): (&f64, &f64)| a == b || b.is_nan();
-    let after = values.get(1..).unwrap_or_default();
-    let pairs = || values.chunks(LANES).zip(after.chunks(LANES));
-    // Without a branch inside, the compiler can vectorise.
-    let none =
-        |(a, b): &(&[f64], &[f64])| a.iter().zip(*b).map(runs_on).filter(|r| *r).count() == 0;
-    let skipped = LANES * pairs().take_while(none).count();
-    let (a, b) = (
-        values.get(skipped..).unwrap_or_default(),
-        after.get(skipped..).unwrap_or_default(),
-    );
-    let rest = a.iter().zip(b).position(runs_on);
-    rest.map_or(values.len(), |i| skipped + i)
+/// The longest stretches of which no value is missing.
+fn stretches(values: &[f64]) -> impl Iterator<Item = Range<usize>> {
+    /// Values looked at together: without an early exit the compiler can vectorise.
+    const TOGETHER: usize = 64;
+    let whole = |part: &[f64]| part.iter().map(|v| u64::from(v.is_nan())).sum::<u64>() == 0;
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        at += values[at..].iter().position(|v| !v.is_nan())?;
+        let start = at;
+        while values[at..]
+            .chunks_exact(TOGETHER)
+            .next()
+            .is_some_and(whole)
+        {
+            at += TOGETHER;
+        }
+        let rest = &values[at..];
+        at += rest.iter().position(|v| v.is_nan()).unwrap_or(rest.len());
+        Some(start..at)
+    })
 }
 
 /// Where no value is missing a run that long covers two
@@ -327,16 +367,7 @@ fn striding(values: &[f64], least: usize) -> Vec<Held> {
                 .position(|v| *v != value)
                 .map_or(values.len(), |i| at + i);
             if end - start >= least {
-                runs.push(Held {
-                    run: Run {
-                        start,
-                        length: end - start,
-                        value,
-                    },
-                    told: end - start,
-                    gaps: 0,
-                    missing: 0,
-                });
+                runs.push(Held::of(start, end - start, value));
             }
             next = next.max(end + least - 1);
         }
@@ -375,6 +406,51 @@ mod tests {
             let runs = |of: Vec<Held>| of.into_iter().map(|held| held.run).collect::<Vec<_>>();
             assert_eq!(runs(striding(&values, least)), slow, "least {least}");
             assert_eq!(runs(over_gaps(&values, least, 3)), slow, "least {least}");
+        }
+    }
+
+    /// Runs by [`Held::goes_on`], sample by sample, as in blocks.
+    fn sample_by_sample(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
+        let mut runs = Vec::new();
+        let mut start = 0;
+        while let Some(value) = values.get(start) {
+            let mut held = Held::at(start, *value);
+            let after = &values[start + 1..];
+            let end = after.iter().position(|v| !held.goes_on(*v, gap));
+            runs.extend((held.told >= least).then_some(held));
+            start = end.map_or(values.len(), |end| start + 1 + end);
+        }
+        runs
+    }
+
+    #[test]
+    fn stretches_by_strides_find_the_same_runs_over_gaps_as_sample_by_sample() {
+        let mut state = 3u64;
+        let mut random = |of: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % of
+        };
+        let mut value = 1.0;
+        let values: Vec<f64> = (0..30_000)
+            .map(|_| match random(64) {
+                0..4 => f64::NAN,
+                4 => f64::INFINITY,
+                5..20 => {
+                    value = random(3) as f64;
+                    value
+                }
+                _ => value,
+            })
+            .collect();
+        let of = |held: Held| (held.run, held.told, held.gaps);
+        for (least, gap) in [(2, 0), (2, 1), (3, 2), (5, 3), (9, 30), (20, 3)] {
+            let found = over_gaps(&values, least, gap).into_iter().map(of);
+            let told = sample_by_sample(&values, least, gap).into_iter().map(of);
+            let found: Vec<_> = found.collect();
+            assert!(found.len() > 3, "least {least}");
+            assert_eq!(found, told.collect::<Vec<_>>(), "least {least}, gap {gap}");
         }
     }
 

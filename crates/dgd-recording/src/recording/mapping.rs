@@ -2,6 +2,7 @@
 
 use super::{Channel, Recording};
 use crate::survey_clock;
+use crate::table::earliest;
 use crate::{
     ChannelError, ChannelMap, ChannelSource, ClockError, Issue, IssueKind, Table, TimeSource, Well,
 };
@@ -155,16 +156,12 @@ impl Origin {
     pub(crate) fn shift(&mut self, stamps: &mut [f64], unit: Unit) {
         let whole = self.whole;
         let first = || {
-            let mut finite = stamps
-                .iter()
-                .map(|t| unit.to_si(*t))
-                .filter(|t| t.is_finite());
-            let first = finite.next()?;
-            Some(if whole {
-                finite.fold(first, f64::min)
+            let first = if whole {
+                earliest(stamps)
             } else {
-                first
-            })
+                stamps.iter().copied().find(|t| t.is_finite())
+            };
+            first.map(|t| unit.to_si(t)).filter(|t| t.is_finite())
         };
         self.first_s = self.first_s.or_else(first);
         let first_s = self.first_s.unwrap_or(0.0);

@@ -45,25 +45,17 @@ impl Facts {
             .into_par_iter()
             .filter_map(|(channel, values)| {
                 let (mut found, mut blocks) = (0, Vec::with_capacity(values.len() / block + 1));
+                let mut ends = Ends::default();
                 for parts in values.chunks(BESIDE * block) {
                     for (mean, present) in means(parts, block) {
                         found += present;
                         blocks.push(mean);
                     }
-                }
-                let filler = Highest::of(values).filler(channel);
-                if let Some(filler) = filler {
-                    for (mean, part) in blocks.iter_mut().zip(values.chunks(block)) {
-                        if part.contains(&filler.value) {
-                            *mean = f64::NAN;
-                        }
+                    if is_pressure(channel) {
+                        parts.chunks(block).for_each(|part| ends.add(part));
                     }
                 }
-                let below = values.chunks(block).map(|part| {
-                    part.iter()
-                        .fold(false, |any, v| any | (v.is_finite() & (*v < 0.0)))
-                });
-                without_codes(channel, &mut blocks, below);
+                let filler = ends.blank(channel, &mut blocks);
                 let present = found as f64 / values.len().max(1) as f64;
                 Told::of(well, channel, (blocks, filler), present, constant(values))
             });
@@ -143,9 +135,7 @@ pub(super) struct FactPass {
     bottom: f64,
     top: f64,
     blocks: Vec<f64>,
-    /// The lowest and highest value of each block, and the highest of all.
-    ends: Vec<(f64, f64)>,
-    highest: Highest,
+    ends: Ends,
 }
 
 impl FactPass {
@@ -161,8 +151,7 @@ impl FactPass {
             bottom: f64::INFINITY,
             top: f64::NEG_INFINITY,
             blocks: Vec::new(),
-            ends: Vec::new(),
-            highest: Highest::default(),
+            ends: Ends::default(),
         }
     }
 
@@ -175,7 +164,7 @@ impl FactPass {
             if v.is_finite() {
                 self.bottom = self.bottom.min(*v);
                 self.top = self.top.max(*v);
-                self.highest.add(*v);
+                self.ends.highest.add(*v);
                 self.sum += v;
                 self.count += 1;
                 self.changed |= *v != *self.first.get_or_insert(*v);
@@ -190,7 +179,7 @@ impl FactPass {
     fn end_block(&mut self) {
         // In their order, so that the sum is that of `means` to the last bit.
         self.blocks.push(self.sum / self.count as f64);
-        self.ends.push((self.bottom, self.top));
+        self.ends.of_blocks.push((self.bottom, self.top));
         self.present += self.count;
         (self.sum, self.count) = (0.0, 0);
         (self.bottom, self.top) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -201,16 +190,7 @@ impl FactPass {
         if !self.samples.is_multiple_of(self.block) {
             self.end_block();
         }
-        let filler = self.highest.filler(channel);
-        if let Some(filler) = filler {
-            for (mean, (_, top)) in self.blocks.iter_mut().zip(&self.ends) {
-                if *top == filler.value {
-                    *mean = f64::NAN;
-                }
-            }
-        }
-        let below = self.ends.iter().map(|(bottom, _)| *bottom < 0.0);
-        without_codes(channel, &mut self.blocks, below);
+        let filler = self.ends.blank(channel, &mut self.blocks);
         let constant = self.first.filter(|_| !self.changed);
         (
             (self.blocks, filler),
@@ -220,14 +200,60 @@ impl FactPass {
     }
 }
 
-/// Takes the means of a pressure that hold a value below vacuum, a logger's code; if they are not most: a wrong sign or zero is to be told.
-fn without_codes(channel: Channel, blocks: &mut [f64], below: impl Iterator<Item = bool> + Clone) {
-    let coded = below.clone().filter(|below| *below).count();
-    if !is_pressure(channel) || 2 * coded > blocks.len() {
-        return;
+/// The ends of a pressure.
+#[derive(Debug, Clone, Default)]
+struct Ends {
+    /// The lowest and highest value of each block.
+    of_blocks: Vec<(f64, f64)>,
+    /// The highest of all.
+    highest: Highest,
+}
+
+impl Ends {
+    /// Takes in the next block.
+    fn add(&mut self, block: &[f64]) {
+        // In lanes: none waits for the one before.
+        const LANES: usize = 4;
+        let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+        let (lanes, rest) = block.as_chunks::<LANES>();
+        let mut last = [f64::NAN; LANES];
+        last[..rest.len()].copy_from_slice(rest);
+        for values in lanes.iter().chain([&last]) {
+            for (k, v) in values.iter().copied().enumerate() {
+                low[k] = if (v < low[k]) & (v >= f64::MIN) {
+                    v
+                } else {
+                    low[k]
+                };
+                high[k] = if (v > high[k]) & (v <= f64::MAX) {
+                    v
+                } else {
+                    high[k]
+                };
+            }
+        }
+        let bottom = low.into_iter().fold(f64::INFINITY, f64::min);
+        let top = high.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        self.of_blocks.push((bottom, top));
+        self.highest.add_all(block, top);
     }
-    let coded = blocks.iter_mut().zip(below).filter(|(_, below)| *below);
-    coded.for_each(|(mean, _)| *mean = f64::NAN);
+
+    /// Takes the means of a pressure that are none: those with the number that stands for no value, which is given back, and those with a value below
+    /// vacuum, a logger's code, if they are not most: a wrong sign or zero is to be told.
+    fn blank(&self, channel: Channel, blocks: &mut [f64]) -> Option<Filler> {
+        if !is_pressure(channel) {
+            return None;
+        }
+        let filler = self.highest.filler(channel);
+        let coded = self.of_blocks.iter().filter(|(bottom, _)| *bottom < 0.0);
+        let some = 2 * coded.count() <= blocks.len();
+        for (mean, (bottom, top)) in blocks.iter_mut().zip(&self.of_blocks) {
+            if filler.is_some_and(|filler| *top == filler.value) || (some && *bottom < 0.0) {
+                *mean = f64::NAN;
+            }
+        }
+        filler
+    }
 }
 
 fn block_samples(step_s: f64) -> usize {

@@ -31,10 +31,11 @@ impl Default for Highest {
 }
 
 impl Highest {
-    pub(super) fn of(values: &[f64]) -> Self {
-        let mut highest = Self::default();
-        values.iter().for_each(|value| highest.add(*value));
-        highest
+    /// More values, of which `top` is the highest.
+    pub(super) fn add_all(&mut self, values: &[f64], top: f64) {
+        if top > self.next {
+            values.iter().for_each(|value| self.add(*value));
+        }
     }
 
     /// One value more, which may be none.
