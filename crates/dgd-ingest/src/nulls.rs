@@ -35,7 +35,7 @@ impl Nulls {
         let mut number = 1;
         for stretch in column.chunks_mut(STRETCH) {
             // Most have none; without an early exit the compiler can vectorise.
-            let none = |v: &f64| u64::from(LOG_NULLS[0] == *v) | u64::from(LOG_NULLS[1] == *v);
+            let none = |v: &f64| u64::from(LOG_NULLS.contains(v));
             if stretch.iter().map(none).sum::<u64>() > 0 {
                 for (value, number) in stretch.iter_mut().zip(number..) {
                     *value = nulls.blank(*value, number);
