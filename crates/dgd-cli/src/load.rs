@@ -11,15 +11,16 @@ use crate::args::{Source, Window};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::Progress;
+use crate::say;
 use dgd_documents::{DocumentError, ModelDocument, Problem};
 use dgd_identify::Model;
 use dgd_ingest::{Format, ReadOptions};
 use dgd_recording::{
-    Events, Issue, IssueKind, Moment, Recording, RecordingError, Settle, Table, TimeSource, Well,
-    survey,
+    Channel, Events, Issue, IssueKind, Moment, Recording, RecordingError, Settle, Table,
+    TimeSource, Well, survey,
 };
 use dgd_replay::ReplayError;
-use dgd_screen::Suspicion;
+use dgd_screen::{ScreenOptions, Suspicion};
 use dgd_units::Unit;
 use joined::{Joint, Taken, UNDATED};
 use std::fs::File;
@@ -263,6 +264,9 @@ pub(crate) fn read_recordings(
         let (mut recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         Settle::default().add(&mut recording);
+        let strays = dgd_screen::blank_strays(&mut recording, step_s, &ScreenOptions::default())
+            .map_err(|e| Failure::input(path, e))?;
+        issues.extend(strays.into_iter().map(of_strays));
         if let Some(events) = recording.join_events(step_s) {
             warnings.push(by_events(path, events));
         }
@@ -327,17 +331,32 @@ pub(crate) fn read_recordings(
     Ok(loaded)
 }
 
+/// What is said of readings of a channel that stand alone.
+fn of_strays((channel, count): (Channel, usize)) -> Issue {
+    Issue {
+        kind: IssueKind::UnreadableValue,
+        place: format!("`{channel}`"),
+        message: format!(
+            "{} far off those before and after; left out",
+            say::counted(count, "reading")
+        ),
+    }
+}
+
 /// What is said of a recording whose channels were filed by events.
 fn by_events(path: &Path, events: Events) -> String {
     let (least, most) = events.shares;
+    let (path, channels) = (path.display(), events.channels);
+    let shares = format!("{:.1} to {:.0} %", 100.0 * least, 100.0 * most);
+    if events.of_all_changes {
+        return format!(
+            "{path}: its {channels} channels have readings at {shares} of the samples, none of them equal to the one before: each is taken to stand until the next"
+        );
+    }
     format!(
-        "{}: its {} channels have readings at {:.1} to {:.0} % of the samples, at times of their own, as an archive files them. Straight lines are drawn \
+        "{path}: its {channels} channels have readings at {shares} of the samples, at times of their own, as an archive files them. Straight lines are drawn \
          between them, and inflows and pump speed stand for longer than a minute as they were filed: this can produce false causes; confirm any finding on an export \
-         with all readings",
-        path.display(),
-        events.channels,
-        100.0 * least,
-        100.0 * most
+         with all readings"
     )
 }
 

@@ -24,12 +24,12 @@ const LONG_S: f64 = 40.0 * 3600.0;
 /// How long the sound recordings lasted, s, whose evidence hurdles were set above.
 pub(crate) const MEASURED_S: f64 = 8.0 * 3600.0;
 
-/// A channel that is read at fewer than this share of the samples, mostly no further apart than [`SLOWEST_S`], is logged now and then:
-/// straight lines lie between its readings, whether the samples there are missing or repeat the last one. What is missing otherwise stays missing.
-const SELDOM: f64 = 0.6;
-
-/// Rows that come irregularly, but as a rule no further apart than this, s, are joined so too.
+/// Straight lines lie between the readings of a channel that is read at fewer than this share of the samples, whether those between are missing or
+/// repeat the last one: of one that is logged now and then, mostly no further apart than [`SLOWEST_S`], and of one that comes irregularly, or lacks
+/// readings here and there, mostly no further apart than so many seconds or steps. What is missing otherwise stays missing.
+const MOSTLY: f64 = 0.95;
 const IRREGULAR_S: f64 = 6.0;
+const IRREGULAR_STEPS: f64 = 3.0;
 
 /// Share of its quantum that a block of the pump's speed may be off by: rounding alone is 0.29, and the drive rounds too.
 const SPEED_QUANTA: f64 = 0.5;
@@ -372,25 +372,21 @@ impl Slow {
             apart.extend(last.map(|last| (i - last) as f64 * self.step_s));
             last = Some(i);
         }
-        if (apart.len() + 1) as f64 >= SELDOM * values.len() as f64 {
+        if (apart.len() + 1) as f64 >= MOSTLY * values.len() as f64 {
             return None;
         }
-        // What lies in longer gaps is not logged at all.
-        let near: Vec<f64> = apart
-            .iter()
-            .copied()
-            .filter(|s| *s <= IRREGULAR_S)
-            .collect();
-        let mean_s = mean(&near);
         let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
-        let furthest_s = quantile(apart, Rank::Upper(10))?;
+        let furthest_s = quantile(apart.iter().copied(), Rank::Upper(10))?;
         if usual_s > 1.5 * self.step_s {
             let (every_s, reach_s) = (usual_s, SLOWEST_S);
             return (furthest_s <= reach_s).then_some(Rhythm { every_s, reach_s });
         }
-        // Rows that come after one, two or five seconds: as if they were all as far apart as they are on the mean.
-        let (every_s, reach_s) = (mean_s, IRREGULAR_S);
-        let seldom = SELDOM * every_s > self.step_s && furthest_s <= reach_s;
+        // What comes after one, two or five seconds, or is missing here and there: as if all were as far apart as they are on the mean. What lies in
+        // longer gaps is not logged at all.
+        let reach_s = IRREGULAR_S.max(IRREGULAR_STEPS * self.step_s);
+        apart.retain(|s| *s <= reach_s);
+        let every_s = mean(&apart);
+        let seldom = MOSTLY * every_s > self.step_s && furthest_s <= reach_s;
         seldom.then_some(Rhythm { every_s, reach_s })
     }
 

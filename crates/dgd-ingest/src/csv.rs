@@ -5,6 +5,7 @@
 //! (a quote that is never closed, a line of another length) costs one line.
 
 mod blocks;
+mod events;
 mod layout;
 pub(crate) mod number;
 mod pairs;
@@ -62,6 +63,9 @@ fn table(text: &[u8], layout: &mut Layout, issues: Vec<Issue>) -> Result<Table, 
     let plan = Plan::new(&rows, &seen, issues);
     let mut table = Table::default();
     plan.fill(&mut rows.columns, &mut table);
+    if layout.readings.is_none() && events::are_read_apart(&rows.columns, &seen) {
+        events::onto_one_clock(&mut table);
+    }
     if table
         .columns
         .iter()

@@ -16,6 +16,9 @@ const SILENT_S: f64 = 600.0;
 const LONGEST_LINE_S: f64 = 3600.0;
 /// What is set, and has not been filed anew for so long, s, stood until it was; at most for as long as archives wait. Set by hand.
 const STOOD_S: f64 = 60.0;
+/// Of so many readings one may be equal to that before where all changes are filed, and so many channels tell it.
+const REPEATS: usize = 1000;
+const FEWEST_CHANNELS: usize = 3;
 const LONGEST_STOOD_S: f64 = 8.0 * 3600.0;
 
 /// What [`Recording::join_events`] has joined.
@@ -25,10 +28,13 @@ pub struct Events {
     pub channels: usize,
     /// Share of the samples at which the channel with fewest readings had one, and that with most.
     pub shares: (f64, f64),
+    /// Whether a reading was filed whenever there was another one: then nothing was left out, and what was filed stands until the next.
+    pub of_all_changes: bool,
 }
 
 /// What is filed by events.
 struct Filed {
+    of_all_changes: bool,
     /// Channels that lack readings, each with how many it has.
     channels: Vec<(Channel, usize)>,
     /// Samples at which one of them has a reading.
@@ -42,6 +48,9 @@ impl Recording {
     /// minute, and beyond that their last reading, for at most 8 h. Nothing is drawn where no channel has a reading for ten minutes. Rows that come unevenly
     /// with a reading of each channel are no events, nor are channels that all have as many.
     ///
+    /// Where each channel was filed whenever it changed, which no reading shows that is equal to the one before, all stand until the next, at the end to the
+    /// end, and nothing is drawn where no channel has a reading for a minute.
+    ///
     /// - `step_s`: step of the even clock on which the recording lies, s.
     ///
     /// ```
@@ -52,7 +61,9 @@ impl Recording {
     pub fn join_events(&mut self, step_s: f64) -> Option<Events> {
         let samples = self.len();
         let filed = self.filed_by_events()?;
-        let silent = silent(&filed.any, step_s);
+        let of_all_changes = filed.of_all_changes;
+        let silent_s = if of_all_changes { STOOD_S } else { SILENT_S };
+        let silent = silent(&filed.any, step_s, silent_s);
         let shares = filed
             .channels
             .iter()
@@ -63,10 +74,12 @@ impl Recording {
                 shares.clone().fold(1.0, f64::min),
                 shares.fold(0.0, f64::max),
             ),
+            of_all_changes,
         };
         for (channel, _) in filed.channels {
             if let Some(values) = self.channel_mut(channel) {
-                join(values, is_set(channel), &silent, step_s);
+                let lines = Lines::of(channel, of_all_changes);
+                lines.join(values, &silent, step_s);
             }
         }
         Some(told)
@@ -75,35 +88,116 @@ impl Recording {
     /// What is filed by events; `None` if nothing is.
     fn filed_by_events(&self) -> Option<Filed> {
         let samples = self.len();
-        let is_few = |read: usize, of: usize| (read as f64) < FEW * of as f64;
-        // Without a branch, so that the compiler can vectorise it.
-        let read = |values: &[f64]| values.iter().map(|v| usize::from(v.is_finite())).sum();
         // A constant in the description was not read.
         let is_constant = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
         let (filed, whole): (Vec<_>, Vec<_>) = (self.series().into_par_iter())
-            .map(|(channel, values)| (channel, values, read(values)))
-            .filter(|(_, values, read)| *read < samples || !is_constant(values))
-            .partition(|(_, _, read)| *read < samples);
-        if !filed.iter().any(|(_, _, read)| is_few(*read, samples)) {
+            .map(Read::of)
+            .filter(|read| read.count < samples || !is_constant(read.values))
+            .partition(|read| read.count < samples);
+        if !filed.iter().any(|read| read.is_few_of(samples)) {
             return None;
         }
-        let is_read = |i: &usize| filed.iter().any(|(_, values, _)| values[*i].is_finite());
+        let is_read = |i: &usize| filed.iter().any(|read| read.values[*i].is_finite());
         let any: Vec<usize> = (0..samples).filter(is_read).collect();
         // Of what was set a few times, nobody can tell how it comes.
-        let told = || filed.iter().filter(|(_, _, read)| *read >= FEWEST);
-        let by_events = told()
-            .filter(|(_, values, read)| is_few(*read, any.len()) && comes_unevenly(values))
-            .count();
-        let reads = || filed.iter().map(|(_, _, read)| *read);
-        let alike = reads().min()? * ALIKE > reads().max()?;
-        if 2 * by_events <= told().count() + whole.len() || alike {
+        let told: Vec<&Read<'_>> = filed.iter().filter(|read| read.count >= FEWEST).collect();
+        let by_events = told
+            .iter()
+            .filter(|read| read.is_few_of(any.len()) && !read.rhythm().is_some_and(|r| r.even));
+        let counts = || filed.iter().map(|read| read.count);
+        let (least, most) = counts().min().zip(counts().max())?;
+        let mostly = 2 * by_events.count() > told.len() + whole.len();
+        let of_all_changes = !mostly || least * ALIKE > most;
+        let recorded = if whole.is_empty() { any.len() } else { samples };
+        if of_all_changes && !(is_few_set(&filed, most, recorded) && are_all_changes(&told)) {
             return None;
         }
-        let channels = filed.iter().map(|(channel, _, read)| (*channel, *read));
+        let channels = filed.iter().map(|read| (read.channel, read.count));
         Some(Filed {
+            of_all_changes,
             channels: channels.collect(),
             any,
         })
+    }
+}
+
+/// Whether a channel that is set has few readings beside the busiest of those that lack some, which has one at most of the `recorded` samples.
+fn is_few_set(filed: &[Read<'_>], most: usize, recorded: usize) -> bool {
+    let few = |read: &Read<'_>| is_set(read.channel) && read.count * ALIKE <= most;
+    most as f64 >= FEW * recorded as f64 && filed.iter().any(few)
+}
+
+/// Whether hardly a reading is equal to the one before, in enough channels, none of which is polled.
+fn are_all_changes(told: &[&Read<'_>]) -> bool {
+    let polled = |read: &&Read<'_>| read.rhythm().is_some_and(|rhythm| rhythm.is_polled());
+    let repeats: usize = told.iter().map(|read| read.repeats()).sum();
+    let readings: usize = told.iter().map(|read| read.count).sum();
+    told.len() >= FEWEST_CHANNELS && repeats * REPEATS < readings && !told.iter().any(polled)
+}
+
+/// A channel and its readings.
+struct Read<'a> {
+    channel: Channel,
+    values: &'a [f64],
+    /// How many are there.
+    count: usize,
+}
+
+impl<'a> Read<'a> {
+    fn of((channel, values): (Channel, &'a [f64])) -> Self {
+        // Without a branch, so that the compiler can vectorise it.
+        let count = values.iter().map(|v| usize::from(v.is_finite())).sum();
+        Self {
+            channel,
+            values,
+            count,
+        }
+    }
+
+    /// Whether it has few readings for so many samples.
+    fn is_few_of(&self, samples: usize) -> bool {
+        (self.count as f64) < FEW * samples as f64
+    }
+
+    /// Readings that are equal to the one before.
+    fn repeats(&self) -> usize {
+        let mut last = f64::NAN;
+        let finite = self.values.iter().filter(|v| v.is_finite());
+        finite
+            .filter(|value| std::mem::replace(&mut last, **value) == **value)
+            .count()
+    }
+
+    /// How they come; `None` of fewer than two.
+    fn rhythm(&self) -> Option<Rhythm> {
+        let at = (0..self.values.len()).filter(|i| self.values[*i].is_finite());
+        let at: Vec<usize> = at.collect();
+        let mut apart: Vec<usize> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let middle = apart.len() / 2;
+        if apart.is_empty() {
+            return None;
+        }
+        let usual = *apart.select_nth_unstable(middle).1;
+        let even = apart
+            .iter()
+            .filter(|apart| 2 * apart.abs_diff(usual) <= usual);
+        let even = 5 * even.count() >= 4 * apart.len();
+        Some(Rhythm { usual, even })
+    }
+}
+
+/// How the readings of a channel come.
+struct Rhythm {
+    /// Usual distance from one to the next, samples.
+    usual: usize,
+    /// Whether four in five come at it, give or take a half.
+    even: bool,
+}
+
+impl Rhythm {
+    /// Whether it is read now and then, at even times.
+    fn is_polled(&self) -> bool {
+        self.even && self.usual > 1
     }
 }
 
@@ -115,57 +209,66 @@ fn is_set(channel: Channel) -> bool {
     )
 }
 
-/// Whether fewer than four in five readings come at the usual distance, give or take a half.
-fn comes_unevenly(values: &[f64]) -> bool {
-    let at = (0..values.len()).filter(|i| values[*i].is_finite());
-    let at: Vec<usize> = at.collect();
-    let mut apart: Vec<usize> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if apart.is_empty() {
-        return false;
-    }
-    let middle = apart.len() / 2;
-    let usual = *apart.select_nth_unstable(middle).1;
-    let even = apart
-        .iter()
-        .filter(|apart| 2 * apart.abs_diff(usual) <= usual);
-    5 * even.count() < 4 * apart.len()
-}
-
-/// Stretches without any reading, by the samples that have one.
-fn silent(any: &[usize], step_s: f64) -> Vec<Range<usize>> {
+/// Stretches without any reading for more than so many seconds, by the samples that have one.
+fn silent(any: &[usize], step_s: f64, silent_s: f64) -> Vec<Range<usize>> {
     let long = any
         .windows(2)
-        .filter(|pair| (pair[1] - pair[0]) as f64 * step_s > SILENT_S);
+        .filter(|pair| (pair[1] - pair[0]) as f64 * step_s > silent_s);
     long.map(|pair| pair[0]..pair[1]).collect()
 }
 
-/// Draws between the readings of a channel.
-fn join(values: &mut [f64], is_set: bool, silent: &[Range<usize>], step_s: f64) {
-    let (longest_s, stood_s) = match is_set {
-        true => (LONGEST_STOOD_S, STOOD_S),
-        false => (LONGEST_LINE_S, f64::INFINITY),
-    };
-    let mut last: Option<usize> = None;
-    let mut gaps = silent.iter().peekable();
-    for i in 0..values.len() {
-        if !values[i].is_finite() {
-            continue;
-        }
-        let Some(from) = last.replace(i) else {
-            continue;
+/// What lies between two readings of a channel.
+struct Lines {
+    /// Nothing if they are farther apart, s.
+    longest_s: f64,
+    /// A straight line, or the former of them if they are farther apart, s.
+    stood_s: f64,
+    /// Whether the last stands as well.
+    last_stands: bool,
+}
+
+impl Lines {
+    fn of(channel: Channel, of_all_changes: bool) -> Self {
+        let (longest_s, stood_s) = match is_set(channel) {
+            true => (LONGEST_STOOD_S, STOOD_S),
+            false => (LONGEST_LINE_S, f64::INFINITY),
         };
-        while gaps.next_if(|gap| gap.end <= from).is_some() {}
-        let apart_s = (i - from) as f64 * step_s;
-        if apart_s > longest_s || gaps.peek().is_some_and(|gap| gap.start < i) {
-            continue;
+        Self {
+            longest_s,
+            stood_s: if of_all_changes { 0.0 } else { stood_s },
+            last_stands: of_all_changes,
         }
-        let (begin, rise) = (values[from], (values[i] - values[from]) / (i - from) as f64);
-        for (k, value) in values[from..i].iter_mut().enumerate().skip(1) {
-            *value = if apart_s > stood_s {
-                begin
-            } else {
-                begin + rise * k as f64
+    }
+
+    /// Draws between the readings of a channel.
+    fn join(&self, values: &mut [f64], silent: &[Range<usize>], step_s: f64) {
+        let samples = values.len();
+        let mut last: Option<usize> = None;
+        let mut gaps = silent.iter().peekable();
+        for i in 0..=samples {
+            let value = values.get(i).copied();
+            let is_end = value.is_none() && self.last_stands;
+            if !value.is_some_and(f64::is_finite) && !is_end {
+                continue;
+            }
+            let Some(from) = last.replace(i) else {
+                continue;
             };
+            while gaps.next_if(|gap| gap.end <= from).is_some() {}
+            let apart_s = (i - from) as f64 * step_s;
+            if apart_s > self.longest_s || gaps.peek().is_some_and(|gap| gap.start < i) {
+                continue;
+            }
+            let begin = values[from];
+            let stands = apart_s > self.stood_s;
+            let rise = value.map_or(0.0, |value| (value - begin) / (i - from) as f64);
+            for (k, value) in values[from..i].iter_mut().enumerate().skip(1) {
+                *value = if stands {
+                    begin
+                } else {
+                    begin + rise * k as f64
+                };
+            }
         }
     }
 }
@@ -231,6 +334,42 @@ mod tests {
                 .enumerate()
                 .all(|(k, v)| (v - (2200 + k) as f64).abs() < 1e-6)
         );
+    }
+
+    #[test]
+    fn where_all_changes_are_filed_each_stands_until_the_next_and_at_the_end() {
+        // Pressures change at nine samples of ten, the mud pump now and then; the booster was set once.
+        let mut recording = filed(8000, |k, i| match k {
+            0 => event(0, i),
+            1 => i == 0,
+            _ => event(k, i) || (i + k) % 10 > 0,
+        });
+        let all = recording.clone();
+        let joined = recording.join_events(1.0).unwrap();
+        assert!(joined.of_all_changes);
+        assert_eq!(joined.channels, 6);
+        let stands = |values: &[f64], read: &[f64]| {
+            let mut last = f64::NAN;
+            values.iter().zip(read).skip(50).all(|(value, read)| {
+                last = if read.is_finite() { *read } else { last };
+                last.is_nan() || *value == last
+            })
+        };
+        assert!(recording.booster_flow_m3_s.iter().all(|v| *v == 0.0));
+        let of_mud = (&recording.mud_pump_flow_m3_s, &all.mud_pump_flow_m3_s);
+        assert!(stands(of_mud.0, of_mud.1) && of_mud.0[100..].iter().all(|v| v.is_finite()));
+        assert!(stands(
+            &recording.pump_inlet_pressure_pa[0],
+            &all.pump_inlet_pressure_pa[0]
+        ));
+        // A reading that is equal to the one before was not filed for a change.
+        let mut lost = all;
+        lost.pump_inlet_pressure_pa[0]
+            .iter_mut()
+            .for_each(|v| *v = (*v / 4.0).floor());
+        let before = lost.clone();
+        assert_eq!(lost.join_events(1.0), None);
+        assert_eq!(lost.len(), before.len());
     }
 
     #[test]

@@ -47,6 +47,7 @@ mod scan;
 mod screening;
 mod speed;
 mod spike;
+mod strays;
 mod stuck;
 
 pub use blocks::{BlockScreen, ScreenedBlock};
@@ -60,6 +61,7 @@ pub use plausible::{
 };
 pub use reasons::{Reasons, Tally};
 pub use screening::{Screening, screen};
+pub use strays::blank_strays;
 
 /// The example of the README compiles.
 #[cfg(doctest)]

@@ -36,18 +36,25 @@ pub(crate) struct Slow {
 }
 
 impl Slow {
-    /// The slow median of `difference`, which gives NaN where it is not to be trusted.
-    /// `None` if it is nowhere.
-    pub(crate) fn of(
-        samples: usize,
+    /// The slow median of the difference `n` of some transmitters; `None` if there is none.
+    fn of(
+        series: &[&[f64]],
+        faults: &[impl AsRef<[Faults]>],
+        n: usize,
         block: usize,
-        difference: impl Fn(usize) -> f64,
     ) -> Option<Self> {
-        let block = block.max(1);
-        let rough = (0..samples)
-            .step_by(block)
-            .map(|start| Self::rough(start..(start + block).min(samples), block, &difference));
-        Self::smooth(rough.collect(), block)
+        let (samples, block) = (series[n].len(), block.max(1));
+        let blocks = || {
+            (0..samples)
+                .step_by(block)
+                .map(|start| start..(start + block).min(samples))
+        };
+        let each = |i: usize| difference(series, faults, n, i);
+        let rough = blocks().map(|inside| Self::rough(inside, block, each));
+        Self::smooth(rough.collect(), block).or_else(|| {
+            let apart = blocks().map(|inside| Self::apart(series, faults, inside));
+            Self::smooth(apart.collect(), block)
+        })
     }
 
     /// The median of a block of so many samples, of which these are there; NaN if it has none.
@@ -57,14 +64,23 @@ impl Slow {
         difference: impl Fn(usize) -> f64,
     ) -> f64 {
         let stride = (block / OF_A_BLOCK).max(1);
-        let mut list = [0.0; 2 * OF_A_BLOCK];
-        let mut count = 0;
-        let differences = inside.step_by(stride).map(difference);
-        for (place, d) in list.iter_mut().zip(differences.filter(|d| d.is_finite())) {
-            *place = d;
-            count += 1;
-        }
-        median(&mut list[..count]).unwrap_or(f64::NAN)
+        few(inside.step_by(stride).map(difference)).unwrap_or(f64::NAN)
+    }
+
+    /// What the median of two transmitters differs by over a block, for where they are never read at one sample.
+    pub(crate) fn apart(
+        series: &[&[f64]],
+        faults: &[impl AsRef<[Faults]>],
+        inside: Range<usize>,
+    ) -> f64 {
+        let [a, b] = series else {
+            return f64::NAN;
+        };
+        let own = |m: usize, values: &[f64]| {
+            let trusted = inside.clone().filter(|i| faults[m].as_ref()[*i].trusted());
+            few(trusted.map(|i| values[i]))
+        };
+        own(0, a).zip(own(1, b)).map_or(f64::NAN, |(a, b)| a - b)
     }
 
     /// Medians over neighbouring blocks, of one value a block; `None` if there is none.
@@ -85,6 +101,17 @@ impl Slow {
     pub(crate) fn at(&self, index: usize) -> f64 {
         self.values[index / self.block]
     }
+}
+
+/// The median of the first few finite values; `None` if there is none.
+fn few(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut list = [0.0; 2 * OF_A_BLOCK];
+    let mut count = 0;
+    for (place, d) in list.iter_mut().zip(values.filter(|d| d.is_finite())) {
+        *place = d;
+        count += 1;
+    }
+    median(&mut list[..count])
 }
 
 /// Fills NaN from the nearest value before, at the start from the first after.
@@ -112,7 +139,7 @@ pub(crate) fn mark(
     for n in 0..differences(series.len()) {
         let (samples, known) = (series[n].len(), &*faults);
         let each = |i: usize| difference(series, known, n, i);
-        let Some(slow) = Slow::of(samples, rule.block, each) else {
+        let Some(slow) = Slow::of(series, known, n, rule.block) else {
             continue;
         };
         let stretch = |range, out: &mut Vec<f64>| stretch(series, known, n, range, out);

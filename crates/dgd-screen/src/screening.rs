@@ -148,6 +148,15 @@ impl<'a> Rules<'a> {
         }
     }
 
+    /// The same from reading to reading of a channel that is read now and then: one alone is a spike.
+    pub(crate) fn spike_of_readings(self, channel: Channel) -> SpikeRule {
+        SpikeRule {
+            longest: 1,
+            dropout: 0,
+            ..self.spike(channel)
+        }
+    }
+
     pub(crate) fn stuck(self, channel: Channel) -> StuckRule {
         let options = self.options;
         let (floor, chance) = match channel {

@@ -107,6 +107,9 @@ struct Readings {
     first: Option<f64>,
     /// Whether one differs from the first.
     varies: bool,
+    last: Option<f64>,
+    /// Readings that are equal to the one before.
+    repeats: usize,
 }
 
 impl Sparse {
@@ -121,6 +124,7 @@ impl Sparse {
                 let first = *channel.first.get_or_insert(*value);
                 channel.varies |= *value != first;
                 channel.count += 1;
+                channel.repeats += usize::from(channel.last.replace(*value) == Some(*value));
             }
         }
     }
@@ -129,7 +133,11 @@ impl Sparse {
     fn may_be_events(&self) -> bool {
         let varying = || self.channels.values().filter(|channel| channel.varies);
         let few = varying().filter(|channel| 2 * channel.count < self.rows);
-        3 * few.count() > varying().count()
+        let few = few.count();
+        // Where a channel is filed when it changes, no reading is equal to the one before.
+        let readings: usize = varying().map(|channel| channel.count).sum();
+        let repeats: usize = varying().map(|channel| channel.repeats).sum();
+        3 * few > varying().count() || (few > 0 && 1000 * repeats < readings)
     }
 }
 

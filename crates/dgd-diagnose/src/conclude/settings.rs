@@ -17,8 +17,8 @@ pub(super) fn settings(
     let listed = |each: Vec<String>| each.join(", ");
     let allowed = selection.allowances.iter().filter(|a| a.allowance);
     let allowed = allowed.map(|a| format!("{} {} s", a.effect.about().id, a.parameters[0]));
-    let seldom =
-        (record.seldom.iter()).map(|(channel, every_s)| format!("{channel} every {every_s} s"));
+    let seldom = (record.seldom.iter())
+        .map(|(channel, every_s)| format!("{channel} every {} s", (10.0 * every_s).round() / 10.0));
     [
         ("working clock", format!("{} s", record.dt_s)),
         ("block of relation residuals", format!("{seconds} s")),

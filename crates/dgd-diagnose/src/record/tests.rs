@@ -358,3 +358,27 @@ fn a_reading_tells_something_new_when_its_value_changes_whether_it_is_held_or_mi
     prepared.outlet_pressure_pa = (0..1200).map(|i| 5e6 + 1e5 * swings(i - i % 8)).collect();
     assert_eq!(told(&prepared), 8.0);
 }
+
+/// One reading in seven missing, a minute of them, and every other one of a minute, with samples one and five seconds apart.
+#[test]
+fn what_is_missing_here_and_there_lies_on_lines_and_what_is_missing_for_long_stays() {
+    for step_s in [1.0, 5.0] {
+        let (well, mut prepared) = counted(1201, step_s);
+        let flow = &mut prepared.recording.return_flow_m3_s;
+        for (i, q) in flow.iter_mut().enumerate() {
+            let lost = i % 7 == 3 || (302..362).contains(&i);
+            *q = if lost { f64::NAN } else { 50.0 + i as f64 };
+        }
+        let record = Record::new(&well, &prepared, &[]);
+        let fold = (record.dt_s / step_s).round() as usize;
+        let lasts = 302 / fold..362 / fold;
+        for (k, q) in record.flow.iter().enumerate().take(1190 / fold) {
+            if lasts.contains(&k) {
+                assert!(q.is_nan(), "{step_s} s: {k}");
+            } else {
+                let middle = 50.0 + (fold * k) as f64 + 0.5 * (fold as f64 - 1.0);
+                assert!((q - middle).abs() < 1e-9, "{step_s} s: {k} {q} {middle}");
+            }
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! A text on disk, read in windows.
 
+use super::events;
 use super::layout::{self, Glimpse, Layout};
 use super::plan::{Plan, Seen};
 use super::rows::{self, Rows, Stop, Window};
@@ -89,6 +90,9 @@ impl TextBlocks {
                 Step::Long => return Ok(Opened::Whole(WHOLE_LINES)),
             }
             seen.add(&pass.rows.columns);
+        }
+        if events::are_read_apart(&pass.rows.columns, &seen) {
+            return Ok(Opened::Whole(WHOLE_READINGS));
         }
         if pass.rows.check_names().is_err() {
             return Ok(Opened::Whole(WHOLE_TEXT));

@@ -46,17 +46,35 @@ struct Epoch {
 #[derive(Debug)]
 pub(super) struct Seen {
     first_finite: Vec<Option<f64>>,
+    /// How many cells of each column have a value.
+    pub(super) finite: Vec<usize>,
+    pub(super) rows: usize,
+    /// Whether rows share a stamp of dates or clock times, or one has parts of a second.
+    pub(super) apart: bool,
 }
 
 impl Seen {
     pub(super) fn new(columns: usize) -> Self {
         Self {
             first_finite: vec![None; columns],
+            finite: vec![0; columns],
+            rows: 0,
+            apart: false,
         }
     }
 
     /// Looks at the values that the columns hold.
     pub(super) fn add(&mut self, columns: &[Reading]) {
+        self.rows += columns.first().map_or(0, |column| column.values.len());
+        for (finite, column) in self.finite.iter_mut().zip(columns) {
+            let there = column.values.iter().map(|v| usize::from(v.is_finite()));
+            *finite += there.sum::<usize>();
+        }
+        for column in columns.iter().filter(|column| column.head.stamps) {
+            let parts = |t: &f64| t.is_finite() && t.fract() != 0.0;
+            let shared = column.values.windows(2).any(|pair| pair[0] == pair[1]);
+            self.apart |= shared || column.values.iter().any(parts);
+        }
         for (first, column) in self.first_finite.iter_mut().zip(columns) {
             if first.is_none() {
                 *first = column.values.iter().copied().find(|v| v.is_finite());

@@ -311,3 +311,47 @@ fn values_with_their_own_times_beside_them_are_put_on_one_clock() {
     let dated = read("Date,Time,x\n2026-03-01,10:00:00,1\n2026-03-01,10:00:01,2\n");
     assert_eq!(tags(&dated), ["Time", "x"]);
 }
+
+/// As pivoting readings makes it: a row for each stamp of any, most cells empty.
+#[test]
+fn a_pivoted_table_is_that_of_a_text_with_one_reading_a_line() {
+    let tags = ["FT1", "PT1", "PT2", "SPM"];
+    // Polled at instants of their own; and by events, irregularly.
+    for even in [true, false] {
+        let mut readings: Vec<(f64, usize)> = Vec::new();
+        for (tag, _) in tags.iter().enumerate() {
+            for i in 0..200 {
+                let late = if even {
+                    0.0
+                } else {
+                    0.37 * f64::from((i * 7 + 3) % 5)
+                };
+                readings.push((2.0 * f64::from(i) + 0.211 * tag as f64 + late, tag));
+            }
+        }
+        readings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut wide = format!("Timestamp,{}\n", tags.join(","));
+        let mut long = String::from("Timestamp,Tag,Value\n");
+        for (second, tag) in &readings {
+            let value = 100.0 * *tag as f64 + second;
+            let mut cells = [const { String::new() }; 4];
+            cells[*tag] = value.to_string();
+            _ = writeln!(wide, "{},{}", stamp(*second), cells.join(","));
+            _ = writeln!(long, "{},{},{value}", stamp(*second), tags[*tag]);
+        }
+        let (pivoted, lines) = (read(&wide), read(&long));
+        assert_eq!(pivoted.rows(), lines.rows());
+        assert!(pivoted.rows() < 500, "{even}: {}", pivoted.rows());
+        for tag in ["Timestamp"].iter().chain(&tags) {
+            assert_same(values(&pivoted, tag), values(&lines, tag));
+        }
+        let text = std::io::Cursor::new(wide);
+        let opened = BlockReader::open(text, &ReadOptions::default(), BlockOptions::default());
+        assert!(matches!(opened, Ok(Opened::Whole(_))));
+    }
+    // Rows that share a second, one with a value for each tag, and a clock that was set back: left as they are.
+    let full = "t,a,b,c\n2026-03-01 10:00:00.5,1,2,3\n2026-03-01 10:00:01.5,1,2,3\n";
+    assert_eq!(read(full).rows(), 2);
+    let back = "t,a,b,c\n2026-03-01 10:00:01.5,1,,\n2026-03-01 10:00:00.5,,2,\n2026-03-01 10:00:02.5,,,3\n";
+    assert_same(values(&read(back), "a"), &[1.0, NAN, NAN]);
+}

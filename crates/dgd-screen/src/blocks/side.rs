@@ -23,6 +23,8 @@ pub(super) struct Side {
 struct Difference {
     /// Medians of the blocks so far.
     rough: Vec<f64>,
+    /// The same of transmitters that are read apart.
+    apart: Vec<f64>,
     /// Values at every so many samples.
     some: Vec<f64>,
     slow: Option<Slow>,
@@ -92,6 +94,8 @@ impl Side {
                     break;
                 }
                 it.rough.push(Slow::rough(from..end, block, difference));
+                let inside = from - start..end - start;
+                it.apart.push(Slow::apart(&series, &faults, inside));
             }
             // No further than the blocks have come: what lies behind is kept.
             let reached = if at_end {
@@ -111,7 +115,8 @@ impl Side {
         let (block, rule) = (self.block(), self.rule);
         let stride = scan::stride(samples);
         for it in &mut self.differences {
-            it.slow = Slow::smooth(std::mem::take(&mut it.rough), block);
+            let (rough, apart) = (std::mem::take(&mut it.rough), std::mem::take(&mut it.apart));
+            it.slow = Slow::smooth(rough, block).or_else(|| Slow::smooth(apart, block));
             let some = std::mem::take(&mut it.some);
             it.least = it.slow.as_ref().zip(rule).and_then(|(slow, rule)| {
                 let off = some.iter().enumerate();

@@ -43,6 +43,49 @@ fn nan_at_nine_samples_of_ten_is_refused_by_a_fit_and_costs_a_diagnosis_no_cause
     ran.refused(&["can be used in 0 of 720 blocks of 10 s", "`dgd fit`"]);
 }
 
+/// A channel is filed when it reads another value: a third of the speed's readings, and nearly all of the pressures'.
+#[test]
+fn readings_that_are_filed_when_they_change_stand_until_the_next() {
+    let mut rig = Rig::of_hours();
+    let tags: Vec<String> = rig.table.columns.iter().map(|c| c.tag.clone()).collect();
+    for tag in tags.iter().filter(|tag| *tag != "t") {
+        let mut last = f64::NAN;
+        for value in rig.column(tag) {
+            let read = std::mem::replace(&mut last, *value);
+            if read == *value {
+                *value = f64::NAN;
+            }
+        }
+    }
+    let ran = rig.fit();
+    let told = "none of them equal to the one before: each is taken to stand until the next";
+    assert!(ran.err.contains(told), "{}", ran.err);
+    let found = rig.diagnosed();
+    found.finds("influx", "rate_m3_s", 0.0021, 0.0003);
+    assert_eq!(found.claimed(), ["influx"], "{:#}", found.json["findings"]);
+}
+
+/// Each channel is read every five seconds, at seconds of its own; some readings are spikes.
+#[test]
+fn channels_that_are_read_apart_keep_the_answer_and_lose_readings_that_stand_alone() {
+    let mut rig = Rig::of_hours();
+    let tags: Vec<String> = rig.table.columns.iter().map(|c| c.tag.clone()).collect();
+    for (phase, tag) in tags.iter().filter(|tag| *tag != "t").enumerate() {
+        for (i, value) in rig.column(tag).iter_mut().enumerate() {
+            if i % 5 != phase % 5 {
+                *value = f64::NAN;
+            } else if tag == "PT1" && i % 3000 == 1000 + phase % 5 {
+                *value *= 0.6;
+            }
+        }
+    }
+    let found = rig.diagnosed();
+    found.finds("influx", "rate_m3_s", 0.0021, 0.0003);
+    let told = "`pump_inlet_pressure 1`: 6 readings far off those before and after; left out";
+    assert!(found.err.contains(told), "{}", found.err);
+    assert_eq!(found.claimed(), ["influx"], "{:#}", found.json["findings"]);
+}
+
 #[test]
 fn a_frozen_reading_with_rounding_errors_on_it_is_still_frozen() {
     let mut random = ChaCha8Rng::seed_from_u64(12);

@@ -213,12 +213,12 @@ impl Series {
         repeats
     }
 
-    /// Whether it is polled: most steps are as long as the usual one, give or take a half.
+    /// Whether it is polled: most steps are as long as the usual one, give or take a fifth.
     fn is_polled(&self) -> bool {
         let usual = median_step(&self.at);
         let steps = self.at.windows(2).map(|pair| pair[1] - pair[0]);
         let even = steps
-            .filter(|step| step.abs_diff(usual) <= usual / 2)
+            .filter(|step| step.abs_diff(usual) <= usual / 5)
             .count();
         self.at.len() > 2 && 5 * even >= 4 * (self.at.len() - 1)
     }

@@ -1,0 +1,210 @@
+//! Single readings far off those before and after, in recordings whose channels are read apart.
+
+use crate::screening::Rules;
+use crate::{Faults, ScreenError, ScreenOptions, error, scan, spike};
+use dgd_recording::{Channel, Recording};
+
+/// A channel with a reading at fewer than this share of the samples has no neighbours that tell a spike.
+const FEW: f64 = 0.5;
+/// Channels are read apart if more than one in so many has few readings.
+const APART: usize = 3;
+/// Longest time from the reading before to that after, s: what lasts may be real. Set by hand.
+const LONGEST_S: f64 = 30.0;
+
+/// Takes out readings that no neighbour confirms, before lines are drawn from them: of channels with a reading at fewer than half of the samples, where these
+/// are more than a third of those that vary. Gives how many of each channel went.
+///
+/// [`screen`](crate::screen) finds spikes among samples that follow each other, of which such channels have hardly any. The rule is the same, from
+/// reading to reading; a twin that shows it too, as its own readings go on, confirms it.
+///
+/// - `step_s`: step of the even clock on which the recording lies, s.
+///
+/// # Errors
+/// Those of [`screen`](crate::screen).
+///
+/// ```
+/// # use dgd_screen::{Recording, ScreenOptions, blank_strays};
+/// let taken = blank_strays(&mut Recording::default(), 1.0, &ScreenOptions::default())?;
+/// assert!(taken.is_empty());
+/// # Ok::<(), dgd_screen::ScreenError>(())
+/// ```
+pub fn blank_strays(
+    recording: &mut Recording,
+    step_s: f64,
+    options: &ScreenOptions,
+) -> Result<Vec<(Channel, usize)>, ScreenError> {
+    error::check(recording, step_s)?;
+    let rules = Rules::new(step_s, options)?;
+    let read_apart = read_apart(recording);
+    let found: Vec<(Channel, Vec<usize>)> = read_apart
+        .iter()
+        .map(|channel| (*channel, strays(recording, *channel, rules)))
+        .filter(|(_, strays)| !strays.is_empty())
+        .collect();
+    for (channel, strays) in &found {
+        if let Some(values) = recording.channel_mut(*channel) {
+            strays.iter().for_each(|i| values[*i] = f64::NAN);
+        }
+    }
+    let counts = found
+        .into_iter()
+        .map(|(channel, strays)| (channel, strays.len()));
+    Ok(counts.collect())
+}
+
+/// The channels that have few readings; none where they are not enough.
+fn read_apart(recording: &Recording) -> Vec<Channel> {
+    let series = recording.series();
+    let varying = series.iter().filter(|(_, values)| {
+        let mut finite = values.iter().filter(|v| v.is_finite());
+        let first = finite.next();
+        finite.any(|v| Some(v) != first)
+    });
+    let few = |values: &[f64]| {
+        let read = values.iter().filter(|v| v.is_finite()).count();
+        (read as f64) < FEW * values.len() as f64
+    };
+    let apart: Vec<Channel> = (varying.clone())
+        .filter(|(_, values)| few(values))
+        .map(|(channel, _)| *channel)
+        .collect();
+    if APART * apart.len() > varying.count() {
+        apart
+    } else {
+        Vec::new()
+    }
+}
+
+/// Samples of a channel at which a reading stands alone.
+fn strays(recording: &Recording, channel: Channel, rules: Rules<'_>) -> Vec<usize> {
+    let series = recording.series();
+    let of_channel = |(other, _): &&(Channel, &[f64])| *other == channel;
+    let Some((_, values)) = series.iter().find(of_channel) else {
+        return Vec::new();
+    };
+    let at: Vec<usize> = (0..values.len())
+        .filter(|i| values[*i].is_finite())
+        .collect();
+    let own: Vec<f64> = at.iter().map(|i| values[*i]).collect();
+    let twins: Vec<Vec<f64>> = (series.iter())
+        .filter(|(other, _)| is_twin(channel, *other))
+        .map(|(_, twin)| along(twin, &at))
+        .collect();
+    let twins: Vec<&[f64]> = twins.iter().map(Vec::as_slice).collect();
+    let rule = rules.spike_of_readings(channel);
+    let steps = scan::steps(&own);
+    let mut faults = vec![Faults::NONE; own.len()];
+    let limits = rules.limits(channel);
+    let scan = scan::scan(&own, limits, spike::least(steps, rule), &mut faults);
+    let spikes = spike::find(&own, &faults, &scan.jumps, steps, rule, &twins);
+    let near = |k: &usize| {
+        let ends = at.get(k.wrapping_sub(1)).zip(at.get(k + 1));
+        ends.is_some_and(|(before, after)| (after - before) as f64 * rules.step_s <= LONGEST_S)
+    };
+    let alone = spikes.into_iter().flat_map(|spike| spike.range);
+    alone.filter(near).map(|k| at[k]).collect()
+}
+
+/// Whether two transmitters measure the same pressure.
+fn is_twin(one: Channel, other: Channel) -> bool {
+    use Channel::{PumpInletPressure, PumpOutletPressure};
+    one != other
+        && matches!(
+            (one, other),
+            (PumpInletPressure(_), PumpInletPressure(_))
+                | (PumpOutletPressure(_), PumpOutletPressure(_))
+        )
+}
+
+/// A series at samples at which it need not be read: on the line between its readings before and after, NaN beyond them.
+fn along(values: &[f64], at: &[usize]) -> Vec<f64> {
+    let read: Vec<usize> = (0..values.len())
+        .filter(|i| values[*i].is_finite())
+        .collect();
+    let mut next = 0;
+    let value = |i: &usize| {
+        while read.get(next).is_some_and(|read| read < i) {
+            next += 1;
+        }
+        let after = *read.get(next)?;
+        if after == *i {
+            return Some(values[after]);
+        }
+        let before = *read.get(next.checked_sub(1)?)?;
+        let share = (i - before) as f64 / (after - before) as f64;
+        Some(values[before] + share * (values[after] - values[before]))
+    };
+    at.iter()
+        .map(value)
+        .map(|v| v.unwrap_or(f64::NAN))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::blank_strays;
+    use crate::{Channel, Recording, ScreenOptions};
+
+    /// Both outlets read every five seconds, one three seconds behind the other; the rest at each second.
+    fn read_apart() -> Recording {
+        let samples = 3000_u32;
+        let noisy = |level: f64, step: f64| -> Vec<f64> {
+            let noise = |i: u32| level + step * f64::from(i * 37 % 11);
+            (0..samples).map(noise).collect()
+        };
+        let every = |values: Vec<f64>, phase: usize| -> Vec<f64> {
+            let read = |(i, v)| if i % 5 == phase { v } else { f64::NAN };
+            values.into_iter().enumerate().map(read).collect()
+        };
+        Recording {
+            time_s: (0..samples).map(f64::from).collect(),
+            mud_pump_flow_m3_s: every(noisy(0.03, 1e-5), 1),
+            booster_flow_m3_s: noisy(0.01, 1e-5),
+            topfill_flow_m3_s: vec![0.0; samples as usize],
+            return_flow_m3_s: noisy(0.042, 1e-5),
+            pump_inlet_pressure_pa: vec![noisy(24e5, 500.0)],
+            pump_outlet_pressure_pa: vec![
+                every(noisy(40e5, 500.0), 0),
+                every(noisy(40e5, 500.0), 3),
+            ],
+            riser_pressure_pa: None,
+            pump_speed_pct: noisy(60.0, 0.1),
+        }
+    }
+
+    #[test]
+    fn a_reading_that_stands_alone_goes_and_one_that_the_twin_confirms_stays() {
+        let mut recording = read_apart();
+        let outlets = &mut recording.pump_outlet_pressure_pa;
+        outlets[0][1000] = 30e5;
+        // Both move.
+        outlets[0][2000] = 30e5;
+        outlets[1][1998] = 30e5;
+        outlets[1][2003] = 30e5;
+        let taken = blank_strays(&mut recording, 1.0, &ScreenOptions::default()).unwrap();
+        assert_eq!(taken, [(Channel::PumpOutletPressure(0), 1)]);
+        let outlets = &recording.pump_outlet_pressure_pa;
+        assert!(outlets[0][1000].is_nan());
+        assert_eq!(outlets[0][2000], 30e5);
+    }
+
+    #[test]
+    fn what_stands_until_the_next_reading_and_what_is_read_at_each_sample_is_left() {
+        let mut recording = read_apart();
+        // The pump stops for two minutes, which is read once.
+        recording.mud_pump_flow_m3_s[1000..1120].fill(f64::NAN);
+        recording.mud_pump_flow_m3_s[1061] = 0.0;
+        recording.return_flow_m3_s[1500] = 0.5;
+        let taken = blank_strays(&mut recording, 1.0, &ScreenOptions::default()).unwrap();
+        assert_eq!(taken, []);
+        // One channel of seven is none of those that are read apart.
+        recording = read_apart();
+        recording.pump_outlet_pressure_pa[0][1000] = 30e5;
+        recording.mud_pump_flow_m3_s = recording.booster_flow_m3_s.clone();
+        recording.pump_outlet_pressure_pa.truncate(1);
+        let taken = blank_strays(&mut recording, 1.0, &ScreenOptions::default()).unwrap();
+        assert_eq!(taken, []);
+    }
+}
