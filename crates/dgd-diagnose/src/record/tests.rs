@@ -370,7 +370,7 @@ fn what_is_missing_here_and_there_lies_on_lines_and_what_is_missing_for_long_sta
             *q = if lost { f64::NAN } else { 50.0 + i as f64 };
         }
         let record = Record::new(&well, &prepared, &[]);
-        let fold = (record.dt_s / step_s).round() as usize;
+        let fold = crate::numbers::whole(record.dt_s / step_s);
         let lasts = 302 / fold..362 / fold;
         for (k, q) in record.flow.iter().enumerate().take(1190 / fold) {
             if lasts.contains(&k) {
