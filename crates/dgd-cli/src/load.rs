@@ -192,8 +192,8 @@ fn told<T>(
     }
 }
 
-/// Warns of issues of files, and gives what whoever reads the answer must know as well: units that a file contradicts, and words for a pump that rests
-/// in a column that is used.
+/// Warns of issues of files, and gives what whoever reads the answer must know as well: units that a file contradicts, readings that were left out, and
+/// words for a pump that rests in a column that is used.
 fn warn_of<'a>(well: &Well, issues: impl Iterator<Item = (&'a Path, &'a Issue)>) -> Vec<String> {
     let tags = well.channels.tags();
     let is_used = |place: &str| {
@@ -207,7 +207,7 @@ fn warn_of<'a>(well: &Well, issues: impl Iterator<Item = (&'a Path, &'a Issue)>)
         let warning = format!("{}: {issue}", path.display());
         warn!("{warning}");
         let matters = match issue.kind {
-            IssueKind::UnitDisagrees => true,
+            IssueKind::UnitDisagrees | IssueKind::Stray => true,
             IssueKind::WordForZero => is_used(&issue.place),
             _ => false,
         };
@@ -216,13 +216,6 @@ fn warn_of<'a>(well: &Well, issues: impl Iterator<Item = (&'a Path, &'a Issue)>)
         }
     }
     told
-}
-
-/// Samples in which some channel has a value.
-fn recorded(recording: &Recording) -> usize {
-    let series = recording.series();
-    let recorded = |i: &usize| series.iter().any(|(_, values)| values[*i].is_finite());
-    (0..recording.len()).filter(recorded).count()
 }
 
 /// Adds what is suspected: one line of the description is told once, however often it shows.
@@ -274,7 +267,7 @@ pub(crate) fn read_recordings(
         let samples = if clock.is_empty() {
             rows
         } else {
-            recorded(&recording)
+            recording.recorded()
         };
         issues.extend(mapping.into_iter().chain(clock));
         let found = dgd_screen::suspect(&recording, step_s, well);
@@ -334,7 +327,7 @@ pub(crate) fn read_recordings(
 /// What is said of readings of a channel that stand alone.
 fn of_strays((channel, count): (Channel, usize)) -> Issue {
     Issue {
-        kind: IssueKind::UnreadableValue,
+        kind: IssueKind::Stray,
         place: format!("`{channel}`"),
         message: format!(
             "{} far off those before and after; left out",
@@ -350,7 +343,7 @@ fn by_events(path: &Path, events: Events) -> String {
     let shares = format!("{:.1} to {:.0} %", 100.0 * least, 100.0 * most);
     if events.of_all_changes {
         return format!(
-            "{path}: its {channels} channels have readings at {shares} of the samples, none of them equal to the one before: each is taken to stand until the next"
+            "{path}: its {channels} channels have readings at {shares} of the samples, hardly one of them equal to the one before: each is taken to stand until the next"
         );
     }
     format!(
@@ -442,7 +435,7 @@ impl Loaded {
             .map_err(|e| Failure::input(&source.recordings[0], e))?;
         self.recording = self.recording.slice(kept.clone());
         // Fillers of gaps hold no value.
-        self.samples = recorded(&self.recording);
+        self.samples = self.recording.recorded();
         Ok(self)
     }
 

@@ -25,11 +25,14 @@ const LONG_S: f64 = 40.0 * 3600.0;
 pub(crate) const MEASURED_S: f64 = 8.0 * 3600.0;
 
 /// Straight lines lie between the readings of a channel that is read at fewer than this share of the samples, whether those between are missing or
-/// repeat the last one: of one that is logged now and then, mostly no further apart than [`SLOWEST_S`], and of one that comes irregularly, or lacks
-/// readings here and there, mostly no further apart than so many seconds or steps. What is missing otherwise stays missing.
-const MOSTLY: f64 = 0.95;
+/// repeat the last one: what is read now and then over [`SLOWEST_S`], and what comes irregularly, or lacks readings here and there, over so many seconds
+/// or steps, whichever is longer. Gaps beyond that stay gaps.
+const WHOLE: f64 = 0.95;
 const IRREGULAR_S: f64 = 6.0;
 const IRREGULAR_STEPS: f64 = 3.0;
+
+/// What is read no further apart than this, steps, as a mean, has edges, so that its stops tell the path of the return flow's meter.
+const EDGES_STEPS: f64 = 1.2;
 
 /// Share of its quantum that a block of the pump's speed may be off by: rounding alone is 0.29, and the drive rounds too.
 const SPEED_QUANTA: f64 = 0.5;
@@ -58,7 +61,7 @@ pub(crate) struct Record {
     pub outlets: Vec<Vec<f64>>,
     /// The same with gaps bridged, for the states of effects.
     pub filled: Filled,
-    /// Channels that are logged now and then, with the time between two values, s.
+    /// Channels on straight lines between their readings, with the time between two, s.
     pub seldom: Vec<(Channel, f64)>,
     /// How often the slower of return flow and outlet pressure tells something new, s.
     pub told_every_s: f64,
@@ -184,8 +187,11 @@ impl Record {
             stop_readings.flow_m3_s,
             stop_readings.outlet_pa,
         ];
-        // What is read now and then has no edges.
-        let tell = of_stops.iter().all(|values| slow.every_s(values).is_none());
+        let has_edges = |values: &&[f64]| {
+            let every_s = slow.every_s(values);
+            every_s.is_none_or(|every_s| every_s <= EDGES_STEPS * step_s)
+        };
+        let tell = of_stops.iter().all(has_edges);
         let stops = if tell && !without.contains(&Step::Stops) {
             stops(&stop_readings)
         } else {
@@ -308,7 +314,7 @@ impl Clock {
     }
 }
 
-/// How a channel is logged now and then.
+/// How a channel is read that lies on straight lines between its readings.
 #[derive(Clone, Copy)]
 struct Rhythm {
     /// Usual time between readings, s.
@@ -317,7 +323,7 @@ struct Rhythm {
     reach_s: f64,
 }
 
-/// Channels that are logged now and then.
+/// Channels that are read now and then, or lack readings.
 struct Slow {
     step_s: f64,
     /// Where a channel of them is read whose readings are held; empty if there is none.
@@ -360,7 +366,7 @@ impl Slow {
         moves > 0 && 20 * beside <= moves && !self.held_at.is_empty()
     }
 
-    /// How far apart the readings of a channel are, s; `None` of one that is not logged now and then.
+    /// How far apart the readings of a channel are, s; `None` of one that has one at hardly fewer samples than there are.
     fn every_s(&self, values: &[f64]) -> Option<f64> {
         Some(self.rhythm(values)?.every_s)
     }
@@ -372,7 +378,7 @@ impl Slow {
             apart.extend(last.map(|last| (i - last) as f64 * self.step_s));
             last = Some(i);
         }
-        if (apart.len() + 1) as f64 >= MOSTLY * values.len() as f64 {
+        if (apart.len() + 1) as f64 >= WHOLE * values.len() as f64 {
             return None;
         }
         let usual_s = quantile(apart.iter().copied(), Rank::MEDIAN)?;
@@ -386,7 +392,7 @@ impl Slow {
         let reach_s = IRREGULAR_S.max(IRREGULAR_STEPS * self.step_s);
         apart.retain(|s| *s <= reach_s);
         let every_s = mean(&apart);
-        let seldom = MOSTLY * every_s > self.step_s && furthest_s <= reach_s;
+        let seldom = WHOLE * every_s > self.step_s && furthest_s <= reach_s;
         seldom.then_some(Rhythm { every_s, reach_s })
     }
 

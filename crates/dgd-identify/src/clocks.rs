@@ -231,10 +231,10 @@ pub(crate) fn warn_of_inflow(prepared: &Prepared, delay: i64, warnings: &mut Vec
         });
         let mut sum = 0.0;
         summed.push(sum);
-        summed.extend((t..t + reach).map(|t| {
+        for t in t..t + reach {
             sum += inflow(t);
-            sum
-        }));
+            summed.push(sum);
+        }
         if (rise + out + sum).is_finite() {
             rises.push(rise);
             outflows.push(out);

@@ -56,7 +56,8 @@ impl Prepared {
 /// Screens a recording on an even clock and blanks what cannot be trusted.
 ///
 /// One transmitter's fault costs only that transmitter: the mean of redundant ones
-/// is then taken over the rest. Readings are [settled](Settle) first.
+/// is then taken over the rest. Readings are [settled](Settle) first. Of channels that are read apart, at samples of their own, lines are to be drawn before
+/// (`dgd_screen::blank_strays`, then [`Recording::join_events`]): a sample without one of them is not used.
 ///
 /// # Errors
 /// [`ScreenError`] if a series is not as long as the clock, the clock is not even by `step_s`, or an option is off.

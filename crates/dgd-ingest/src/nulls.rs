@@ -35,8 +35,8 @@ impl Nulls {
         let mut number = 1;
         for stretch in column.chunks_mut(STRETCH) {
             // Most have none; without an early exit the compiler can vectorise.
-            let none = |v: &f64| u64::from(LOG_NULLS.contains(v));
-            if stretch.iter().map(none).sum::<u64>() > 0 {
+            let null = |v: &f64| u64::from(LOG_NULLS.contains(v));
+            if stretch.iter().map(null).sum::<u64>() > 0 {
                 for (value, number) in stretch.iter_mut().zip(number..) {
                     *value = nulls.blank(*value, number);
                 }

@@ -10,16 +10,19 @@ const FEW: f64 = 0.5;
 const ALIKE: usize = 2;
 /// Fewest readings that tell how they come.
 const FEWEST: usize = 20;
-/// Where no channel has a reading for so long, s, nothing was recorded. Set by hand.
+/// Where no channel has a reading for so long, s, nothing was recorded; the latter where all changes are filed. Set by hand.
 const SILENT_S: f64 = 600.0;
+const SILENT_OF_CHANGES_S: f64 = 60.0;
 /// Longest straight line between two readings, s: beyond it a transmitter may have failed. Set by hand.
 const LONGEST_LINE_S: f64 = 3600.0;
 /// What is set, and has not been filed anew for so long, s, stood until it was; at most for as long as archives wait. Set by hand.
 const STOOD_S: f64 = 60.0;
-/// Of so many readings one may be equal to that before where all changes are filed, and so many channels tell it.
-const REPEATS: usize = 1000;
-const FEWEST_CHANNELS: usize = 3;
 const LONGEST_STOOD_S: f64 = 8.0 * 3600.0;
+/// Where all changes are filed, so many channels tell it, in which at the most one reading in so many is equal to that a sample before. Set by hand.
+const FEWEST_CHANNELS: usize = 3;
+const REPEATS: usize = 1000;
+/// So many readings to a value make it likely that some would repeat. Set by hand.
+const COARSE: usize = 4;
 
 /// What [`Recording::join_events`] has joined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,14 +45,15 @@ struct Filed {
 }
 
 impl Recording {
-    /// Draws what lies between readings, if most channels have theirs by events: at times of their own, unevenly.
+    /// Draws what lies between readings of channels that were filed by events, at times of their own.
     ///
-    /// Pressures and the return flow, which are measured, get straight lines of at most an hour; so do inflows and the pump's speed, which are set, for a
-    /// minute, and beyond that their last reading, for at most 8 h. Nothing is drawn where no channel has a reading for ten minutes. Rows that come unevenly
-    /// with a reading of each channel are no events, nor are channels that all have as many.
+    /// Where most channels come so, unevenly, with few readings, an archive left some out: pressures and the return flow, which are measured, get straight
+    /// lines of at most an hour; so do inflows and the pump's speed, which are set, for a minute, and beyond that their last reading, for at most 8 h.
+    /// Nothing is drawn where no channel has a reading for ten minutes. Rows that come unevenly with a reading of each channel are no events, nor are
+    /// channels that all have as many.
     ///
-    /// Where each channel was filed whenever it changed, which no reading shows that is equal to the one before, all stand until the next, at the end to the
-    /// end, and nothing is drawn where no channel has a reading for a minute.
+    /// Where few readings of a channel that is set stand beside many of another, hardly one is equal to that a sample before
+    /// though the values are few, and none come at even steps, each was filed whenever it changed: it stands until the next or the end, for as long as above, but where no channel has a reading for a minute.
     ///
     /// - `step_s`: step of the even clock on which the recording lies, s.
     ///
@@ -62,8 +66,16 @@ impl Recording {
         let samples = self.len();
         let filed = self.filed_by_events()?;
         let of_all_changes = filed.of_all_changes;
-        let silent_s = if of_all_changes { STOOD_S } else { SILENT_S };
-        let silent = silent(&filed.any, step_s, silent_s);
+        let silent_s = if of_all_changes {
+            SILENT_OF_CHANGES_S
+        } else {
+            SILENT_S
+        };
+        let mut silent = silent(&filed.any, step_s, silent_s);
+        let last = filed.any.last().copied().unwrap_or(0);
+        if (samples - last) as f64 * step_s > silent_s {
+            silent.push(last..samples);
+        }
         let shares = filed
             .channels
             .iter()
@@ -101,15 +113,17 @@ impl Recording {
         let any: Vec<usize> = (0..samples).filter(is_read).collect();
         // Of what was set a few times, nobody can tell how it comes.
         let told: Vec<&Read<'_>> = filed.iter().filter(|read| read.count >= FEWEST).collect();
-        let by_events = told
-            .iter()
-            .filter(|read| read.is_few_of(any.len()) && !read.rhythm().is_some_and(|r| r.even));
+        let uneven = |read: &&&Read<'_>| {
+            read.is_few_of(any.len()) && !read.rhythm().is_some_and(|rhythm| rhythm.even)
+        };
+        let mostly = 2 * told.iter().filter(uneven).count() > told.len() + whole.len();
         let counts = || filed.iter().map(|read| read.count);
         let (least, most) = counts().min().zip(counts().max())?;
-        let mostly = 2 * by_events.count() > told.len() + whole.len();
-        let of_all_changes = !mostly || least * ALIKE > most;
+        let by_events = mostly && least * ALIKE <= most;
         let recorded = if whole.is_empty() { any.len() } else { samples };
-        if of_all_changes && !(is_few_set(&filed, most, recorded) && are_all_changes(&told)) {
+        let of_all_changes =
+            !by_events && is_few_set(&filed, most, recorded) && are_all_changes(&told);
+        if !by_events && !of_all_changes {
             return None;
         }
         let channels = filed.iter().map(|read| (read.channel, read.count));
@@ -121,18 +135,19 @@ impl Recording {
     }
 }
 
-/// Whether a channel that is set has few readings beside the busiest of those that lack some, which has one at most of the `recorded` samples.
+/// Whether a channel that is set has few readings beside the busiest of those that lack some, which has one at more than half of the `recorded` samples.
 fn is_few_set(filed: &[Read<'_>], most: usize, recorded: usize) -> bool {
     let few = |read: &Read<'_>| is_set(read.channel) && read.count * ALIKE <= most;
     most as f64 >= FEW * recorded as f64 && filed.iter().any(few)
 }
 
-/// Whether hardly a reading is equal to the one before, in enough channels, none of which is polled.
+/// Whether no channel is polled, and in enough of those that would repeat, as their values are few, hardly a reading is equal to that a sample before.
 fn are_all_changes(told: &[&Read<'_>]) -> bool {
+    let coarse: Vec<&&Read<'_>> = told.iter().filter(|read| read.is_coarse()).collect();
+    let repeats: usize = coarse.iter().map(|read| read.repeats()).sum();
+    let readings: usize = coarse.iter().map(|read| read.count).sum();
     let polled = |read: &&Read<'_>| read.rhythm().is_some_and(|rhythm| rhythm.is_polled());
-    let repeats: usize = told.iter().map(|read| read.repeats()).sum();
-    let readings: usize = told.iter().map(|read| read.count).sum();
-    told.len() >= FEWEST_CHANNELS && repeats * REPEATS < readings && !told.iter().any(polled)
+    coarse.len() >= FEWEST_CHANNELS && repeats * REPEATS < readings && !told.iter().any(polled)
 }
 
 /// A channel and its readings.
@@ -159,13 +174,19 @@ impl<'a> Read<'a> {
         (self.count as f64) < FEW * samples as f64
     }
 
-    /// Readings that are equal to the one before.
+    /// Readings that are equal to that a sample before.
     fn repeats(&self) -> usize {
-        let mut last = f64::NAN;
+        let pairs = self.values.windows(2);
+        pairs.filter(|pair| pair[0] == pair[1]).count()
+    }
+
+    /// Whether its values are few beside its readings: it would repeat some of them.
+    fn is_coarse(&self) -> bool {
         let finite = self.values.iter().filter(|v| v.is_finite());
-        finite
-            .filter(|value| std::mem::replace(&mut last, **value) == **value)
-            .count()
+        let mut values: Vec<u64> = finite.map(|v| v.to_bits()).collect();
+        values.sort_unstable();
+        values.dedup();
+        COARSE * values.len() < self.count
     }
 
     /// How they come; `None` of fewer than two.
@@ -242,32 +263,32 @@ impl Lines {
 
     /// Draws between the readings of a channel.
     fn join(&self, values: &mut [f64], silent: &[Range<usize>], step_s: f64) {
-        let samples = values.len();
-        let mut last: Option<usize> = None;
+        let read = (0..values.len()).filter(|i| values[*i].is_finite());
+        let end = self.last_stands.then_some(values.len());
+        let at: Vec<usize> = read.chain(end).collect();
         let mut gaps = silent.iter().peekable();
-        for i in 0..=samples {
-            let value = values.get(i).copied();
-            let is_end = value.is_none() && self.last_stands;
-            if !value.is_some_and(f64::is_finite) && !is_end {
-                continue;
-            }
-            let Some(from) = last.replace(i) else {
-                continue;
-            };
+        for pair in at.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
             while gaps.next_if(|gap| gap.end <= from).is_some() {}
-            let apart_s = (i - from) as f64 * step_s;
-            if apart_s > self.longest_s || gaps.peek().is_some_and(|gap| gap.start < i) {
+            let apart_s = (to - from) as f64 * step_s;
+            if apart_s > self.longest_s {
                 continue;
             }
             let begin = values[from];
-            let stands = apart_s > self.stood_s;
-            let rise = value.map_or(0.0, |value| (value - begin) / (i - from) as f64);
-            for (k, value) in values[from..i].iter_mut().enumerate().skip(1) {
-                *value = if stands {
-                    begin
-                } else {
-                    begin + rise * k as f64
-                };
+            if let Some(gap) = gaps.peek().filter(|gap| gap.start < to) {
+                // What stands does so for as long as anything is recorded.
+                if self.last_stands {
+                    values[from..=gap.start].fill(begin);
+                }
+                continue;
+            }
+            if apart_s > self.stood_s {
+                values[from + 1..to].fill(begin);
+                continue;
+            }
+            let rise = (values[to] - begin) / (to - from) as f64;
+            for (k, value) in values[from..to].iter_mut().enumerate().skip(1) {
+                *value = begin + rise * k as f64;
             }
         }
     }
@@ -340,36 +361,94 @@ mod tests {
     fn where_all_changes_are_filed_each_stands_until_the_next_and_at_the_end() {
         // Pressures change at nine samples of ten, the mud pump now and then; the booster was set once.
         let mut recording = filed(8000, |k, i| match k {
-            0 => event(0, i),
+            0 => i == 0 || event(0, i),
             1 => i == 0,
             _ => event(k, i) || (i + k) % 10 > 0,
         });
+        // Their values are few.
+        let channels: Vec<_> = recording.series().iter().map(|(c, _)| *c).collect();
+        for channel in channels {
+            let values = recording.channel_mut(channel).unwrap();
+            values.iter_mut().for_each(|v| *v = v.rem_euclid(101.0));
+        }
         let all = recording.clone();
         let joined = recording.join_events(1.0).unwrap();
         assert!(joined.of_all_changes);
         assert_eq!(joined.channels, 6);
         let stands = |values: &[f64], read: &[f64]| {
             let mut last = f64::NAN;
-            values.iter().zip(read).skip(50).all(|(value, read)| {
+            values.iter().zip(read).all(|(value, read)| {
                 last = if read.is_finite() { *read } else { last };
                 last.is_nan() || *value == last
             })
         };
         assert!(recording.booster_flow_m3_s.iter().all(|v| *v == 0.0));
-        let of_mud = (&recording.mud_pump_flow_m3_s, &all.mud_pump_flow_m3_s);
-        assert!(stands(of_mud.0, of_mud.1) && of_mud.0[100..].iter().all(|v| v.is_finite()));
-        assert!(stands(
-            &recording.pump_inlet_pressure_pa[0],
-            &all.pump_inlet_pressure_pa[0]
-        ));
-        // A reading that is equal to the one before was not filed for a change.
-        let mut lost = all;
-        lost.pump_inlet_pressure_pa[0]
-            .iter_mut()
-            .for_each(|v| *v = (*v / 4.0).floor());
-        let before = lost.clone();
-        assert_eq!(lost.join_events(1.0), None);
-        assert_eq!(lost.len(), before.len());
+        for (joined, read) in [
+            (&recording.mud_pump_flow_m3_s, &all.mud_pump_flow_m3_s),
+            (
+                &recording.pump_inlet_pressure_pa[0],
+                &all.pump_inlet_pressure_pa[0],
+            ),
+        ] {
+            assert!(stands(joined, read));
+        }
+        let change = |change: &dyn Fn(&mut Recording)| {
+            let mut changed = all.clone();
+            change(&mut changed);
+            changed
+        };
+        // Readings that are equal to those before were not filed for a change, nor are those of a channel that is polled.
+        let repeated = change(&|r| {
+            let inlet = &mut r.pump_inlet_pressure_pa[0];
+            inlet.iter_mut().for_each(|v| *v = (*v / 4.0).floor());
+        });
+        let polled = change(&|r| {
+            let outlet = r.pump_outlet_pressure_pa[0].iter_mut().enumerate();
+            outlet.for_each(|(i, v)| *v = if i % 5 == 0 { i as f64 } else { f64::NAN });
+        });
+        let none_is_set = change(&|r| {
+            r.mud_pump_flow_m3_s = r.return_flow_m3_s.clone();
+            r.booster_flow_m3_s.fill(0.0);
+        });
+        // Where no value comes twice, nothing tells that it would have been filed again.
+        let fine = change(&|r| {
+            let pressures = [
+                &mut r.pump_inlet_pressure_pa[0],
+                &mut r.pump_outlet_pressure_pa[0],
+            ];
+            let rest = [&mut r.return_flow_m3_s, &mut r.pump_speed_pct];
+            for values in pressures.into_iter().chain(rest) {
+                values
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(i, v)| *v += i as f64);
+            }
+        });
+        for mut other in [repeated, polled, none_is_set, fine] {
+            assert_eq!(other.join_events(1.0), None);
+        }
+        // Nothing was recorded for over a minute, nor for the last two.
+        let mut silent = change(&|r| {
+            let pressures = [
+                &mut r.pump_inlet_pressure_pa[0],
+                &mut r.pump_outlet_pressure_pa[0],
+            ];
+            let rest = [
+                &mut r.mud_pump_flow_m3_s,
+                &mut r.return_flow_m3_s,
+                &mut r.pump_speed_pct,
+            ];
+            pressures
+                .into_iter()
+                .chain(rest)
+                .for_each(|v| v[4000..4070].fill(f64::NAN));
+        });
+        silent.join_events(1.0).unwrap();
+        assert!(
+            silent.pump_inlet_pressure_pa[0][4000..4070]
+                .iter()
+                .all(|v| v.is_nan())
+        );
     }
 
     #[test]

@@ -243,6 +243,13 @@ impl Recording {
         first..last.max(first)
     }
 
+    /// Samples at which some transmitter has a value: those of gaps have none.
+    pub fn recorded(&self) -> usize {
+        let series = self.series();
+        let recorded = |i: &usize| series.iter().any(|(_, values)| values[*i].is_finite());
+        (0..self.len()).filter(recorded).count()
+    }
+
     /// Every series, in the order of [`Self::series`].
     pub(crate) fn series_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         [

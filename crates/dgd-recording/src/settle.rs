@@ -162,8 +162,12 @@ mod tests {
                 (1, 0) => f64::NAN,
                 (1, 1) => f64::INFINITY,
                 (1, k) => 1e5 + 0.4 * k as f64,
+                (2, _) => f64::from(i / 3) * 100.0,
                 (_, k) => f64::from(i % 7) * 100.0 + k as f64,
             })
+            .chain([f64::NAN; 200])
+            .chain([f64::INFINITY; 100])
+            .chain([-0.0, 0.0, -0.0])
             .collect();
         let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let (mut fast, mut slow) = (values.clone(), values);

@@ -140,6 +140,8 @@ pub enum IssueKind {
     UnreadableValue,
     /// A word such as `Off`, which may stand for 0, became NaN.
     WordForZero,
+    /// Readings far off those before and after; they became NaN.
+    Stray,
     /// A variable of a kind that holds no numbers was passed over.
     Skipped,
     /// Two columns have one name; the later one got another.

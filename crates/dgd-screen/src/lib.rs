@@ -8,7 +8,8 @@
 //! twin. [`Screening::keep`] is the mask for identification,
 //! [`Screening::channel`] tells which transmitter may be trusted when.
 //! [`suspect`] looks at a recording before that: can its units and tags be what the well
-//! description says? Nothing is repaired in the recording; this crate fits no model, opens no file and
+//! description says? Nothing is repaired in the recording, but by [`blank_strays`], which takes out readings before lines are
+//! drawn from them and says how many; this crate fits no model, opens no file and
 //! prints nothing.
 //!
 //! ```

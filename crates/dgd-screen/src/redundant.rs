@@ -21,6 +21,8 @@ pub(crate) struct DisagreeRule {
 
 /// Values of a block that its median is taken from.
 const OF_A_BLOCK: usize = 7;
+/// Fewest readings of each of two transmitters in a block by which it is told what lies between them.
+const FEWEST_READ: usize = 3;
 /// Blocks on either side in the slow median.
 const BLOCKS_BESIDE: usize = 2;
 /// Samples on either side that tell the level around a disagreement.
@@ -52,8 +54,8 @@ impl Slow {
         let each = |i: usize| difference(series, faults, n, i);
         let rough = blocks().map(|inside| Self::rough(inside, block, each));
         Self::smooth(rough.collect(), block).or_else(|| {
-            let apart = blocks().map(|inside| Self::apart(series, faults, inside));
-            Self::smooth(apart.collect(), block)
+            let of_medians = blocks().map(|inside| Self::of_medians(series, faults, inside));
+            Self::read_apart(of_medians.collect(), block)
         })
     }
 
@@ -67,8 +69,8 @@ impl Slow {
         few(inside.step_by(stride).map(difference)).unwrap_or(f64::NAN)
     }
 
-    /// What the median of two transmitters differs by over a block, for where they are never read at one sample.
-    pub(crate) fn apart(
+    /// The difference of the medians of two transmitters over a block, for where they are never read at one sample; NaN of more, as any may be left out.
+    pub(crate) fn of_medians(
         series: &[&[f64]],
         faults: &[impl AsRef<[Faults]>],
         inside: Range<usize>,
@@ -77,10 +79,27 @@ impl Slow {
             return f64::NAN;
         };
         let own = |m: usize, values: &[f64]| {
-            let trusted = inside.clone().filter(|i| faults[m].as_ref()[*i].trusted());
-            few(trusted.map(|i| values[i]))
+            let read = |i: &usize| faults[m].as_ref()[*i].trusted() && values[*i].is_finite();
+            let read: Vec<f64> = inside.clone().filter(read).map(|i| values[i]).collect();
+            if read.len() < FEWEST_READ {
+                return None;
+            }
+            few(read
+                .iter()
+                .copied()
+                .step_by((read.len() / OF_A_BLOCK).max(1)))
         };
         own(0, a).zip(own(1, b)).map_or(f64::NAN, |(a, b)| a - b)
+    }
+
+    /// The slow median by [`Self::of_medians`], if there are enough: where one transmitter takes over from another, nothing tells what lies between them.
+    pub(crate) fn read_apart(of_medians: Vec<f64>, block: usize) -> Option<Self> {
+        /// Fewest blocks in which both are read, and their share, one in so many.
+        const FEWEST: usize = 10;
+        const ONE_IN: usize = 10;
+        let both = of_medians.iter().filter(|d| d.is_finite()).count();
+        let enough = both >= FEWEST && ONE_IN * both >= of_medians.len();
+        enough.then(|| Self::smooth(of_medians, block)).flatten()
     }
 
     /// Medians over neighbouring blocks, of one value a block; `None` if there is none.

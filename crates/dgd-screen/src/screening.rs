@@ -273,7 +273,7 @@ impl Job<'_> {
         let steps = scan::steps(values);
         let rule = rules.spike(channel);
         let scan = scan::scan(values, limits, spike::least(steps, rule), &mut faults);
-        let twins = self.twins(channel);
+        let twins = twins(self.recording, channel);
         let spikes = spike::find(values, &faults, &scan.jumps, steps, rule, &twins);
         for spike in &spikes {
             mark(&mut faults, spike.range.clone(), Faults::SPIKE);
@@ -307,17 +307,6 @@ impl Job<'_> {
             noise: steps.noise,
             repeat_share: found.repeat_share,
         }
-    }
-
-    /// The other transmitters of the same pump side.
-    fn twins(&self, channel: Channel) -> Vec<&[f64]> {
-        let (side, n) = match channel {
-            Channel::PumpInletPressure(n) => (&self.recording.pump_inlet_pressure_pa, n),
-            Channel::PumpOutletPressure(n) => (&self.recording.pump_outlet_pressure_pa, n),
-            _ => return Vec::new(),
-        };
-        let others = side.iter().enumerate().filter(|(m, _)| *m != n);
-        others.map(|(_, v)| v.as_slice()).collect()
     }
 
     /// Samples of a run at which the pump turns.
@@ -558,6 +547,17 @@ impl Job<'_> {
             }
         }
     }
+}
+
+/// The other transmitters of the same pump side.
+pub(crate) fn twins(recording: &Recording, channel: Channel) -> Vec<&[f64]> {
+    let (side, n) = match channel {
+        Channel::PumpInletPressure(n) => (&recording.pump_inlet_pressure_pa, n),
+        Channel::PumpOutletPressure(n) => (&recording.pump_outlet_pressure_pa, n),
+        _ => return Vec::new(),
+    };
+    let others = side.iter().enumerate().filter(|(m, _)| *m != n);
+    others.map(|(_, v)| v.as_slice()).collect()
 }
 
 fn of_faults(faults: Faults, stuck: Reasons, disagree: Reasons) -> Reasons {

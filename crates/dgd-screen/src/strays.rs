@@ -1,17 +1,19 @@
 //! Single readings far off those before and after, in recordings whose channels are read apart.
 
-use crate::screening::Rules;
+use crate::channel::is_pressure;
+use crate::screening::{Rules, twins};
 use crate::{Faults, ScreenError, ScreenOptions, error, scan, spike};
 use dgd_recording::{Channel, Recording};
+use rayon::prelude::*;
 
 /// A channel with a reading at fewer than this share of the samples has no neighbours that tell a spike.
 const FEW: f64 = 0.5;
 /// Channels are read apart if more than one in so many has few readings.
 const APART: usize = 3;
 /// Longest time from the reading before to that after, s: what lasts may be real. Set by hand.
-const LONGEST_S: f64 = 30.0;
+const LONGEST_S: f64 = 15.0;
 
-/// Takes out readings that no neighbour confirms, before lines are drawn from them: of channels with a reading at fewer than half of the samples, where these
+/// Takes out readings of pressures and the return flow that no neighbour within 15 s confirms, before lines are drawn from them: of channels with a reading at fewer than half of the samples that hold any, where these
 /// are more than a third of those that vary. Gives how many of each channel went.
 ///
 /// [`screen`](crate::screen) finds spikes among samples that follow each other, of which such channels have hardly any. The rule is the same, from
@@ -35,10 +37,10 @@ pub fn blank_strays(
 ) -> Result<Vec<(Channel, usize)>, ScreenError> {
     error::check(recording, step_s)?;
     let rules = Rules::new(step_s, options)?;
-    let read_apart = read_apart(recording);
-    let found: Vec<(Channel, Vec<usize>)> = read_apart
-        .iter()
-        .map(|channel| (*channel, strays(recording, *channel, rules)))
+    let found: Vec<(Channel, Vec<usize>)> = read_apart(recording)
+        .into_par_iter()
+        .filter(|(channel, _)| is_measured(*channel))
+        .map(|(channel, values)| (channel, strays(recording, channel, values, rules)))
         .filter(|(_, strays)| !strays.is_empty())
         .collect();
     for (channel, strays) in &found {
@@ -52,44 +54,39 @@ pub fn blank_strays(
     Ok(counts.collect())
 }
 
+/// Whether a channel is measured: what is set may be set for one reading.
+fn is_measured(channel: Channel) -> bool {
+    is_pressure(channel) || channel == Channel::ReturnFlow
+}
+
 /// The channels that have few readings; none where they are not enough.
-fn read_apart(recording: &Recording) -> Vec<Channel> {
-    let series = recording.series();
-    let varying = series.iter().filter(|(_, values)| {
+fn read_apart(recording: &Recording) -> Vec<(Channel, &[f64])> {
+    let (mut varying, mut few) = (0, Vec::new());
+    let recorded = recording.recorded() as f64;
+    for (channel, values) in recording.series() {
         let mut finite = values.iter().filter(|v| v.is_finite());
         let first = finite.next();
-        finite.any(|v| Some(v) != first)
-    });
-    let few = |values: &[f64]| {
-        let read = values.iter().filter(|v| v.is_finite()).count();
-        (read as f64) < FEW * values.len() as f64
-    };
-    let apart: Vec<Channel> = (varying.clone())
-        .filter(|(_, values)| few(values))
-        .map(|(channel, _)| *channel)
-        .collect();
-    if APART * apart.len() > varying.count() {
-        apart
+        if finite.any(|v| Some(v) != first) {
+            varying += 1;
+            let read = values.iter().filter(|v| v.is_finite()).count();
+            few.extend(((read as f64) < FEW * recorded).then_some((channel, values)));
+        }
+    }
+    if APART * few.len() > varying {
+        few
     } else {
         Vec::new()
     }
 }
 
 /// Samples of a channel at which a reading stands alone.
-fn strays(recording: &Recording, channel: Channel, rules: Rules<'_>) -> Vec<usize> {
-    let series = recording.series();
-    let of_channel = |(other, _): &&(Channel, &[f64])| *other == channel;
-    let Some((_, values)) = series.iter().find(of_channel) else {
-        return Vec::new();
-    };
+fn strays(recording: &Recording, channel: Channel, values: &[f64], rules: Rules<'_>) -> Vec<usize> {
     let at: Vec<usize> = (0..values.len())
         .filter(|i| values[*i].is_finite())
         .collect();
     let own: Vec<f64> = at.iter().map(|i| values[*i]).collect();
-    let twins: Vec<Vec<f64>> = (series.iter())
-        .filter(|(other, _)| is_twin(channel, *other))
-        .map(|(_, twin)| along(twin, &at))
-        .collect();
+    let twins = twins(recording, channel);
+    let twins: Vec<Vec<f64>> = twins.into_iter().map(|twin| along(twin, &at)).collect();
     let twins: Vec<&[f64]> = twins.iter().map(Vec::as_slice).collect();
     let rule = rules.spike_of_readings(channel);
     let steps = scan::steps(&own);
@@ -103,17 +100,6 @@ fn strays(recording: &Recording, channel: Channel, rules: Rules<'_>) -> Vec<usiz
     };
     let alone = spikes.into_iter().flat_map(|spike| spike.range);
     alone.filter(near).map(|k| at[k]).collect()
-}
-
-/// Whether two transmitters measure the same pressure.
-fn is_twin(one: Channel, other: Channel) -> bool {
-    use Channel::{PumpInletPressure, PumpOutletPressure};
-    one != other
-        && matches!(
-            (one, other),
-            (PumpInletPressure(_), PumpInletPressure(_))
-                | (PumpOutletPressure(_), PumpOutletPressure(_))
-        )
 }
 
 /// A series at samples at which it need not be read: on the line between its readings before and after, NaN beyond them.
@@ -191,11 +177,38 @@ mod tests {
     }
 
     #[test]
+    fn a_long_gap_and_rows_now_and_then_are_no_channels_read_apart() {
+        let spiked = || {
+            let mut recording = read_apart();
+            let outlets = &mut recording.pump_outlet_pressure_pa;
+            recording.mud_pump_flow_m3_s = recording.booster_flow_m3_s.clone();
+            *outlets = vec![recording.pump_inlet_pressure_pa[0].clone(); 2];
+            outlets[0][300] = 30e5;
+            recording
+        };
+        let lost: [fn(usize) -> bool; 2] = [|i| i > 900, |i| i % 3 > 0];
+        for lost in lost {
+            let mut recording = spiked();
+            let channels: Vec<Channel> = recording.series().iter().map(|(c, _)| *c).collect();
+            for channel in channels {
+                let values = recording.channel_mut(channel).unwrap();
+                (0..values.len())
+                    .filter(|i| lost(*i))
+                    .for_each(|i| values[i] = f64::NAN);
+            }
+            let taken = blank_strays(&mut recording, 1.0, &ScreenOptions::default()).unwrap();
+            assert_eq!(taken, []);
+            assert_eq!(recording.pump_outlet_pressure_pa[0][300], 30e5);
+        }
+    }
+
+    #[test]
     fn what_stands_until_the_next_reading_and_what_is_read_at_each_sample_is_left() {
         let mut recording = read_apart();
-        // The pump stops for two minutes, which is read once.
-        recording.mud_pump_flow_m3_s[1000..1120].fill(f64::NAN);
+        // The mud pump is set to another rate, which is read once, and both outlets fall for a minute, in which one is read once.
         recording.mud_pump_flow_m3_s[1061] = 0.0;
+        recording.pump_outlet_pressure_pa[0][2000..2060].fill(f64::NAN);
+        recording.pump_outlet_pressure_pa[0][2030] = 30e5;
         recording.return_flow_m3_s[1500] = 0.5;
         let taken = blank_strays(&mut recording, 1.0, &ScreenOptions::default()).unwrap();
         assert_eq!(taken, []);

@@ -283,7 +283,9 @@ fn over_gaps(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
     let least = least.max(2);
     let mut runs = Vec::new();
     let keep = |held: Held, runs: &mut Vec<Held>| {
-        runs.extend((held.told >= least && held.run.value.is_finite()).then_some(held));
+        if held.told >= least && held.run.value.is_finite() {
+            runs.push(held);
+        }
     };
     // The run at the end of the stretch before.
     let mut open: Option<Held> = None;
@@ -292,12 +294,12 @@ fn over_gaps(values: &[f64], least: usize, gap: usize) -> Vec<Held> {
         let part = &values[stretch];
         let (first, last) = (part[0], part[part.len() - 1]);
         let head = part.iter().take_while(|v| **v == first).count();
-        let goes_on = |before: &Held| {
+        let continues = |before: &Held| {
             let apart = start - (before.run.start + before.run.length);
             before.run.value == first && first.is_finite() && apart <= gap
         };
         let held = match open.take() {
-            Some(mut before) if goes_on(&before) => {
+            Some(mut before) if continues(&before) => {
                 before.told += head;
                 before.gaps += 1;
                 before.run.length = start + head - before.run.start;

@@ -74,7 +74,7 @@ pub(crate) fn open<'w>(
     }
     if sparse.may_be_events() {
         let why = format!(
-            "{} is read in full: several of its channels have a reading in fewer than half of the rows",
+            "{} is read in full: some of its channels have a reading in fewer than half of the rows, and what lies between may be drawn",
             path.display()
         );
         when.say(blocks.bytes(), &why);
@@ -107,8 +107,9 @@ struct Readings {
     first: Option<f64>,
     /// Whether one differs from the first.
     varies: bool,
-    last: Option<f64>,
-    /// Readings that are equal to the one before.
+    /// The value in the last row.
+    last: f64,
+    /// Rows that repeat the value of the one before.
     repeats: usize,
 }
 
@@ -120,11 +121,14 @@ impl Sparse {
                 continue;
             };
             let channel = self.channels.entry(tag.to_owned()).or_default();
-            for value in column.values.iter().filter(|value| value.is_finite()) {
-                let first = *channel.first.get_or_insert(*value);
-                channel.varies |= *value != first;
-                channel.count += 1;
-                channel.repeats += usize::from(channel.last.replace(*value) == Some(*value));
+            for value in &column.values {
+                let before = std::mem::replace(&mut channel.last, *value);
+                if value.is_finite() {
+                    let first = *channel.first.get_or_insert(*value);
+                    channel.varies |= *value != first;
+                    channel.count += 1;
+                    channel.repeats += usize::from(before == *value);
+                }
             }
         }
     }
@@ -134,9 +138,10 @@ impl Sparse {
         let varying = || self.channels.values().filter(|channel| channel.varies);
         let few = varying().filter(|channel| 2 * channel.count < self.rows);
         let few = few.count();
-        // Where a channel is filed when it changes, no reading is equal to the one before.
-        let readings: usize = varying().map(|channel| channel.count).sum();
-        let repeats: usize = varying().map(|channel| channel.repeats).sum();
+        // Where channels are filed when they change, no row repeats the one before.
+        let filed = || varying().filter(|channel| channel.count < self.rows);
+        let readings: usize = filed().map(|channel| channel.count).sum();
+        let repeats: usize = filed().map(|channel| channel.repeats).sum();
         3 * few > varying().count() || (few > 0 && 1000 * repeats < readings)
     }
 }

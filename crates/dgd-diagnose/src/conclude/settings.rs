@@ -29,7 +29,7 @@ pub(super) fn settings(
         ),
         ("timing allowed for", listed(allowed.collect())),
         (
-            "logged now and then, with straight lines between",
+            "on straight lines between readings",
             if record.seldom.is_empty() {
                 "no channel".into()
             } else {

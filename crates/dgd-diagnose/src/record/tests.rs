@@ -242,7 +242,7 @@ fn a_channel_that_is_logged_now_and_then_has_straight_lines_between_and_none_ove
         assert_eq!(value.is_finite(), !missing, "{i}");
         assert!(missing || (value - i as f64).abs() < 1e-9, "{i} {value}");
     }
-    // Seldom is less often than three samples of five, and at least every half a minute.
+    // At fewer than 19 samples of 20, and at least every half a minute.
     for (values, step_s) in [
         (every(1, 300), 1.0),
         (every(40, 4000), 1.0),
@@ -359,14 +359,14 @@ fn a_reading_tells_something_new_when_its_value_changes_whether_it_is_held_or_mi
     assert_eq!(told(&prepared), 8.0);
 }
 
-/// One reading in seven missing, a minute of them, and every other one of a minute, with samples one and five seconds apart.
+/// One reading in four to ten missing, two in a row now and then, and sixty; with samples one and five seconds apart.
 #[test]
 fn what_is_missing_here_and_there_lies_on_lines_and_what_is_missing_for_long_stays() {
-    for step_s in [1.0, 5.0] {
+    for (step_s, every) in [(1.0, 4), (1.0, 7), (1.0, 10), (5.0, 4), (5.0, 10)] {
         let (well, mut prepared) = counted(1201, step_s);
         let flow = &mut prepared.recording.return_flow_m3_s;
         for (i, q) in flow.iter_mut().enumerate() {
-            let lost = i % 7 == 3 || (302..362).contains(&i);
+            let lost = i % every == 3 || i % 100 == 80 || (302..362).contains(&i);
             *q = if lost { f64::NAN } else { 50.0 + i as f64 };
         }
         let record = Record::new(&well, &prepared, &[]);

@@ -91,9 +91,6 @@ impl TextBlocks {
             }
             seen.add(&pass.rows.columns);
         }
-        if events::are_read_apart(&pass.rows.columns, &seen) {
-            return Ok(Opened::Whole(WHOLE_READINGS));
-        }
         if pass.rows.check_names().is_err() {
             return Ok(Opened::Whole(WHOLE_TEXT));
         }
@@ -101,6 +98,9 @@ impl TextBlocks {
         let plan = Plan::new(&pass.rows, &seen, cut_off);
         if !plan.has_values(&seen) {
             return Ok(Opened::Whole(WHOLE_TEXT));
+        }
+        if plan.head().clock.is_some() && events::are_read_apart(&pass.rows.columns, &seen) {
+            return Ok(Opened::Whole(WHOLE_READINGS));
         }
         Ok(Opened::Blocks(Self {
             pass: Pass::new(&layout, rows_at, end, options),

@@ -49,8 +49,10 @@ pub(super) struct Seen {
     /// How many cells of each column have a value.
     pub(super) finite: Vec<usize>,
     pub(super) rows: usize,
-    /// Whether rows share a stamp of dates or clock times, or one has parts of a second.
-    pub(super) apart: bool,
+    /// Rows whose dated stamp or clock time has parts of a second, or is that of the row before.
+    pub(super) apart: usize,
+    /// The last stamp of each column.
+    last: Vec<f64>,
 }
 
 impl Seen {
@@ -59,7 +61,8 @@ impl Seen {
             first_finite: vec![None; columns],
             finite: vec![0; columns],
             rows: 0,
-            apart: false,
+            apart: 0,
+            last: vec![f64::NAN; columns],
         }
     }
 
@@ -70,10 +73,14 @@ impl Seen {
             let there = column.values.iter().map(|v| usize::from(v.is_finite()));
             *finite += there.sum::<usize>();
         }
-        for column in columns.iter().filter(|column| column.head.stamps) {
-            let parts = |t: &f64| t.is_finite() && t.fract() != 0.0;
-            let shared = column.values.windows(2).any(|pair| pair[0] == pair[1]);
-            self.apart |= shared || column.values.iter().any(parts);
+        // A day of its own is shared by all of it.
+        let is_date = |c: &Reading| c.clock.first().is_some_and(|s| s.kind == StampKind::Date);
+        let of_times = columns.iter().zip(&mut self.last);
+        for (column, last) in of_times.filter(|(c, _)| c.head.stamps && !is_date(c)) {
+            for stamp in column.values.iter().filter(|t| t.is_finite()) {
+                let shared = std::mem::replace(last, *stamp) == *stamp;
+                self.apart += usize::from(shared || stamp.fract() != 0.0);
+            }
         }
         for (first, column) in self.first_finite.iter_mut().zip(columns) {
             if first.is_none() {

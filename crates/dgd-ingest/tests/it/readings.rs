@@ -352,6 +352,6 @@ fn a_pivoted_table_is_that_of_a_text_with_one_reading_a_line() {
     // Rows that share a second, one with a value for each tag, and a clock that was set back: left as they are.
     let full = "t,a,b,c\n2026-03-01 10:00:00.5,1,2,3\n2026-03-01 10:00:01.5,1,2,3\n";
     assert_eq!(read(full).rows(), 2);
-    let back = "t,a,b,c\n2026-03-01 10:00:01.5,1,,\n2026-03-01 10:00:00.5,,2,\n2026-03-01 10:00:02.5,,,3\n";
+    let back = "t,a,b,c\n2026-03-01 10:00:04.5,1,,\n2026-03-01 10:00:00.5,,2,\n2026-03-01 10:00:02.5,,,3\n";
     assert_same(values(&read(back), "a"), &[1.0, NAN, NAN]);
 }

@@ -23,8 +23,8 @@ pub(super) struct Side {
 struct Difference {
     /// Medians of the blocks so far.
     rough: Vec<f64>,
-    /// The same of transmitters that are read apart.
-    apart: Vec<f64>,
+    /// Differences of the medians of those without.
+    of_medians: Vec<f64>,
     /// Values at every so many samples.
     some: Vec<f64>,
     slow: Option<Slow>,
@@ -93,9 +93,14 @@ impl Side {
                 if from >= samples || end > to {
                     break;
                 }
-                it.rough.push(Slow::rough(from..end, block, difference));
-                let inside = from - start..end - start;
-                it.apart.push(Slow::apart(&series, &faults, inside));
+                let rough = Slow::rough(from..end, block, difference);
+                // Of use only where no block has any.
+                it.of_medians.push(if rough.is_nan() {
+                    Slow::of_medians(&series, &faults, from - start..end - start)
+                } else {
+                    f64::NAN
+                });
+                it.rough.push(rough);
             }
             // No further than the blocks have come: what lies behind is kept.
             let reached = if at_end {
@@ -115,8 +120,9 @@ impl Side {
         let (block, rule) = (self.block(), self.rule);
         let stride = scan::stride(samples);
         for it in &mut self.differences {
-            let (rough, apart) = (std::mem::take(&mut it.rough), std::mem::take(&mut it.apart));
-            it.slow = Slow::smooth(rough, block).or_else(|| Slow::smooth(apart, block));
+            let rough = std::mem::take(&mut it.rough);
+            let of_medians = std::mem::take(&mut it.of_medians);
+            it.slow = Slow::smooth(rough, block).or_else(|| Slow::read_apart(of_medians, block));
             let some = std::mem::take(&mut it.some);
             it.least = it.slow.as_ref().zip(rule).and_then(|(slow, rule)| {
                 let off = some.iter().enumerate();

@@ -130,6 +130,19 @@ fn whatever_the_blocks_a_faulty_rig_is_screened_alike() {
             }
         }
     }
+    // Transmitters that are never read at one sample.
+    let mut recording = faulty(9000, 1.0, 2, 2);
+    for (n, inlet) in recording.pump_inlet_pressure_pa.iter_mut().enumerate() {
+        let lost = (0..9000).filter(|i| i % 4 != 2 * n);
+        lost.for_each(|i| inlet[i] = f64::NAN);
+    }
+    let options = ScreenOptions::default();
+    let whole = screen(&recording, 1.0, &options).unwrap();
+    compare(
+        &recording,
+        &whole,
+        &in_blocks(&recording, 1.0, &options, &[977]),
+    );
     for fault in [
         Faults::MISSING,
         Faults::OUT_OF_RANGE,

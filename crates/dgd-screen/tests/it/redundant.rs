@@ -102,3 +102,20 @@ fn swapping_transmitters_swaps_their_faults_and_nothing_else() {
         .fold(0.0, f64::max);
     assert!(largest < 1e-6, "{largest} Pa");
 }
+
+/// Read every four seconds, two seconds after one another, with 6 psi between them.
+#[test]
+fn the_mean_of_transmitters_that_are_never_read_at_one_sample_does_not_step() {
+    let mut recording = steady(6000, 1.0);
+    let middle = recording.pump_inlet_pressure_pa[0].clone();
+    for (n, inlet) in recording.pump_inlet_pressure_pa.iter_mut().enumerate() {
+        *inlet = middle.iter().map(|p| p + 6.0 * n as f64 * PSI).collect();
+        let lost = (0..6000).filter(|i| i % 4 != 2 * n);
+        lost.for_each(|i| inlet[i] = f64::NAN);
+    }
+    let mean = screened(&recording).inlet_pressure_pa;
+    let read = mean.iter().zip(&middle).filter(|(p, _)| p.is_finite());
+    let off: Vec<f64> = read.map(|(p, middle)| (p - middle) / PSI).collect();
+    assert_eq!(off.len(), 3000);
+    assert!(off.iter().all(|off| (off - 3.0).abs() < 0.5), "{off:?}");
+}

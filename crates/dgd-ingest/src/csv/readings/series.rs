@@ -213,13 +213,16 @@ impl Series {
         repeats
     }
 
-    /// Whether it is polled: most steps are as long as the usual one, give or take a fifth.
+    /// Whether it is polled: most steps are as long as the usual one, give or take a fifth; of less than a second, which whole seconds would take apart, a half.
     fn is_polled(&self) -> bool {
         let usual = median_step(&self.at);
+        let off = if usual >= SECOND {
+            usual / 5
+        } else {
+            usual / 2
+        };
         let steps = self.at.windows(2).map(|pair| pair[1] - pair[0]);
-        let even = steps
-            .filter(|step| step.abs_diff(usual) <= usual / 5)
-            .count();
+        let even = steps.filter(|step| step.abs_diff(usual) <= off).count();
         self.at.len() > 2 && 5 * even >= 4 * (self.at.len() - 1)
     }
 
