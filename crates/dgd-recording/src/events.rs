@@ -52,8 +52,9 @@ impl Recording {
     /// Nothing is drawn where no channel has a reading for ten minutes. Rows that come unevenly with a reading of each channel are no events, nor are
     /// channels that all have as many.
     ///
-    /// Where few readings of a channel that is set stand beside many of another, hardly one is equal to that a sample before
-    /// though the values are few, and none come at even steps, each was filed whenever it changed: it stands until the next or the end, for as long as above, but where no channel has a reading for a minute.
+    /// Where few readings of a channel that is set stand beside many of another, hardly one is equal to that a sample before though the values are few, and
+    /// none come at even steps, each was filed whenever it changed: it stands until the next or the end, for as long as above, but where no channel has
+    /// a reading for a minute.
     ///
     /// - `step_s`: step of the even clock on which the recording lies, s.
     ///

@@ -13,8 +13,9 @@ const APART: usize = 3;
 /// Longest time from the reading before to that after, s: what lasts may be real. Set by hand.
 const LONGEST_S: f64 = 15.0;
 
-/// Takes out readings of pressures and the return flow that no neighbour within 15 s confirms, before lines are drawn from them: of channels with a reading at fewer than half of the samples that hold any, where these
-/// are more than a third of those that vary. Gives how many of each channel went.
+/// Takes out readings of pressures and the return flow that those before and after, no more than 15 s apart, do not confirm: before lines are drawn from
+/// them. Of channels with a reading at fewer than half of the samples that hold any, where these are more than a third of those that vary. Gives how many of
+/// each channel went.
 ///
 /// [`screen`](crate::screen) finds spikes among samples that follow each other, of which such channels have hardly any. The rule is the same, from
 /// reading to reading; a twin that shows it too, as its own readings go on, confirms it.
@@ -61,18 +62,28 @@ fn is_measured(channel: Channel) -> bool {
 
 /// The channels that have few readings; none where they are not enough.
 fn read_apart(recording: &Recording) -> Vec<(Channel, &[f64])> {
-    let (mut varying, mut few) = (0, Vec::new());
-    let recorded = recording.recorded() as f64;
-    for (channel, values) in recording.series() {
+    let series = recording.series();
+    // Without a branch, so that the compiler can vectorise it.
+    let count =
+        |values: &[f64]| -> usize { values.iter().map(|v| usize::from(v.is_finite())).sum() };
+    let counts: Vec<usize> = series.par_iter().map(|(_, values)| count(values)).collect();
+    let is_few = |count: usize, of: usize| (count as f64) < FEW * of as f64;
+    if !counts.iter().any(|count| is_few(*count, recording.len())) {
+        return Vec::new();
+    }
+    let recorded = recording.recorded();
+    let varies = |values: &[f64]| {
         let mut finite = values.iter().filter(|v| v.is_finite());
         let first = finite.next();
-        if finite.any(|v| Some(v) != first) {
-            varying += 1;
-            let read = values.iter().filter(|v| v.is_finite()).count();
-            few.extend(((read as f64) < FEW * recorded).then_some((channel, values)));
-        }
-    }
-    if APART * few.len() > varying {
+        finite.any(|v| Some(v) != first)
+    };
+    let varying = series.into_iter().zip(counts);
+    let varying: Vec<_> = varying.filter(|((_, values), _)| varies(values)).collect();
+    let few: Vec<(Channel, &[f64])> = (varying.iter())
+        .filter(|(_, count)| is_few(*count, recorded))
+        .map(|(series, _)| *series)
+        .collect();
+    if APART * few.len() > varying.len() {
         few
     } else {
         Vec::new()

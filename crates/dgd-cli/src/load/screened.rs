@@ -108,7 +108,7 @@ struct Readings {
     /// Whether one differs from the first.
     varies: bool,
     /// The value in the last row.
-    last: f64,
+    last: Option<f64>,
     /// Rows that repeat the value of the one before.
     repeats: usize,
 }
@@ -122,12 +122,12 @@ impl Sparse {
             };
             let channel = self.channels.entry(tag.to_owned()).or_default();
             for value in &column.values {
-                let before = std::mem::replace(&mut channel.last, *value);
+                let before = channel.last.replace(*value);
                 if value.is_finite() {
                     let first = *channel.first.get_or_insert(*value);
                     channel.varies |= *value != first;
                     channel.count += 1;
-                    channel.repeats += usize::from(before == *value);
+                    channel.repeats += usize::from(before == Some(*value));
                 }
             }
         }
