@@ -257,11 +257,12 @@ pub(crate) fn read_recordings(
         let (mut recording, step_s, clock) =
             recording.onto_grid().map_err(|e| Failure::input(path, e))?;
         Settle::default().add(&mut recording);
-        let strays = dgd_screen::blank_strays(&mut recording, step_s, &ScreenOptions::default())
-            .map_err(|e| Failure::input(path, e))?;
-        issues.extend(strays.into_iter().map(of_strays));
-        if let Some(events) = recording.join_events(step_s) {
-            warnings.push(by_events(path, events));
+        if recording.has_few_readings() {
+            let options = ScreenOptions::default();
+            let strays = dgd_screen::blank_strays(&mut recording, step_s, &options);
+            let strays = strays.map_err(|e| Failure::input(path, e))?;
+            issues.extend(strays.into_iter().map(of_strays));
+            warnings.extend((recording.join_events(step_s)).map(|events| by_events(path, events)));
         }
         // Rows that lie on one step, or on none, are no samples of their own.
         let samples = if clock.is_empty() {

@@ -100,6 +100,9 @@ impl Recording {
 
     /// What is filed by events; `None` if nothing is.
     fn filed_by_events(&self) -> Option<Filed> {
+        if !self.has_few_readings() {
+            return None;
+        }
         let samples = self.len();
         // A constant in the description was not read.
         let is_constant = |values: &[f64]| values.windows(2).all(|pair| pair[0] == pair[1]);
@@ -107,9 +110,6 @@ impl Recording {
             .map(Read::of)
             .filter(|read| read.count < samples || !is_constant(read.values))
             .partition(|read| read.count < samples);
-        if !filed.iter().any(|read| read.is_few_of(samples)) {
-            return None;
-        }
         let is_read = |i: &usize| filed.iter().any(|read| read.values[*i].is_finite());
         let any: Vec<usize> = (0..samples).filter(is_read).collect();
         // Of what was set a few times, nobody can tell how it comes.

@@ -62,13 +62,7 @@ fn is_measured(channel: Channel) -> bool {
 
 /// The channels that have few readings; none where they are not enough.
 fn read_apart(recording: &Recording) -> Vec<(Channel, &[f64])> {
-    let series = recording.series();
-    // Without a branch, so that the compiler can vectorise it.
-    let count =
-        |values: &[f64]| -> usize { values.iter().map(|v| usize::from(v.is_finite())).sum() };
-    let counts: Vec<usize> = series.par_iter().map(|(_, values)| count(values)).collect();
-    let is_few = |count: usize, of: usize| (count as f64) < FEW * of as f64;
-    if !counts.iter().any(|count| is_few(*count, recording.len())) {
+    if !recording.has_few_readings() {
         return Vec::new();
     }
     let recorded = recording.recorded();
@@ -77,11 +71,15 @@ fn read_apart(recording: &Recording) -> Vec<(Channel, &[f64])> {
         let first = finite.next();
         finite.any(|v| Some(v) != first)
     };
-    let varying = series.into_iter().zip(counts);
-    let varying: Vec<_> = varying.filter(|((_, values), _)| varies(values)).collect();
+    let varying = recording.series().into_iter();
+    let varying: Vec<_> = varying.filter(|(_, values)| varies(values)).collect();
+    let is_few = |values: &[f64]| {
+        let read = values.iter().filter(|v| v.is_finite()).count();
+        (read as f64) < FEW * recorded as f64
+    };
     let few: Vec<(Channel, &[f64])> = (varying.iter())
-        .filter(|(_, count)| is_few(*count, recorded))
-        .map(|(series, _)| *series)
+        .filter(|(_, values)| is_few(values))
+        .copied()
         .collect();
     if APART * few.len() > varying.len() {
         few
