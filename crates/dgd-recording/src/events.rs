@@ -138,7 +138,7 @@ impl Recording {
 
 /// Whether a channel that is set has few readings beside the busiest of those that lack some, which has one at more than half of the `recorded` samples.
 fn is_few_set(filed: &[Read<'_>], most: usize, recorded: usize) -> bool {
-    let few = |read: &Read<'_>| is_set(read.channel) && read.count * ALIKE <= most;
+    let few = |read: &Read<'_>| read.channel.is_set() && read.count * ALIKE <= most;
     most as f64 >= FEW * recorded as f64 && filed.iter().any(few)
 }
 
@@ -223,14 +223,6 @@ impl Rhythm {
     }
 }
 
-/// Whether a channel is set rather than measured.
-fn is_set(channel: Channel) -> bool {
-    matches!(
-        channel,
-        Channel::MudPumpFlow | Channel::BoosterFlow | Channel::TopfillFlow | Channel::PumpSpeed
-    )
-}
-
 /// Stretches without any reading for more than so many seconds, by the samples that have one.
 fn silent(any: &[usize], step_s: f64, silent_s: f64) -> Vec<Range<usize>> {
     let long = any
@@ -251,7 +243,7 @@ struct Lines {
 
 impl Lines {
     fn of(channel: Channel, of_all_changes: bool) -> Self {
-        let (longest_s, stood_s) = match is_set(channel) {
+        let (longest_s, stood_s) = match channel.is_set() {
             true => (LONGEST_STOOD_S, STOOD_S),
             false => (LONGEST_LINE_S, f64::INFINITY),
         };

@@ -59,6 +59,14 @@ pub enum Channel {
 }
 
 impl Channel {
+    /// Whether it is set by somebody rather than measured: an inflow, or the pump's speed.
+    pub fn is_set(self) -> bool {
+        matches!(
+            self,
+            Self::MudPumpFlow | Self::BoosterFlow | Self::TopfillFlow | Self::PumpSpeed
+        )
+    }
+
     /// The channel's name in `well.toml`.
     pub fn name(self) -> &'static str {
         match self {

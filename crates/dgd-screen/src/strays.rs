@@ -1,6 +1,5 @@
 //! Single readings far off those before and after, in recordings whose channels are read apart.
 
-use crate::channel::is_pressure;
 use crate::screening::{Rules, twins};
 use crate::{Faults, ScreenError, ScreenOptions, error, scan, spike};
 use dgd_recording::{Channel, Recording};
@@ -40,7 +39,8 @@ pub fn blank_strays(
     let rules = Rules::new(step_s, options)?;
     let found: Vec<(Channel, Vec<usize>)> = read_apart(recording)
         .into_par_iter()
-        .filter(|(channel, _)| is_measured(*channel))
+        // What is set may be set for one reading.
+        .filter(|(channel, _)| !channel.is_set())
         .map(|(channel, values)| (channel, strays(recording, channel, values, rules)))
         .filter(|(_, strays)| !strays.is_empty())
         .collect();
@@ -53,11 +53,6 @@ pub fn blank_strays(
         .into_iter()
         .map(|(channel, strays)| (channel, strays.len()));
     Ok(counts.collect())
-}
-
-/// Whether a channel is measured: what is set may be set for one reading.
-fn is_measured(channel: Channel) -> bool {
-    is_pressure(channel) || channel == Channel::ReturnFlow
 }
 
 /// The channels that have few readings; none where they are not enough.
