@@ -1,11 +1,10 @@
 //! Channels of which a historian filed a reading when it had changed, and none in between.
 
-use crate::{Channel, Recording};
+use crate::few::{FEWEST_CHANNELS, REPEATS, are_few, count};
+use crate::{Channel, Recording, draw_line};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A channel that has a reading at fewer of the samples that hold any is filed by events, if it comes unevenly.
-const FEW: f64 = 0.5;
 /// An archive keeps of each channel what that one does. Where none has this many times the readings of another, they are lost, not filed.
 const ALIKE: usize = 2;
 /// Fewest readings that tell how they come.
@@ -18,9 +17,6 @@ const LONGEST_LINE_S: f64 = 3600.0;
 /// What is set, and has not been filed anew for so long, s, stood until it was; at most for as long as archives wait. Set by hand.
 const STOOD_S: f64 = 60.0;
 const LONGEST_STOOD_S: f64 = 8.0 * 3600.0;
-/// Where all changes are filed, so many channels tell it, in which at the most one reading in so many is equal to that a sample before. Set by hand.
-const FEWEST_CHANNELS: usize = 3;
-const REPEATS: usize = 1000;
 /// So many readings to a value make it likely that some would repeat. Set by hand.
 const COARSE: usize = 4;
 
@@ -115,7 +111,7 @@ impl Recording {
         // Of what was set a few times, nobody can tell how it comes.
         let told: Vec<&Read<'_>> = filed.iter().filter(|read| read.count >= FEWEST).collect();
         let uneven = |read: &&&Read<'_>| {
-            read.is_few_of(any.len()) && !read.rhythm().is_some_and(|rhythm| rhythm.even)
+            are_few(read.count, any.len()) && !read.rhythm().is_some_and(|rhythm| rhythm.even)
         };
         let mostly = 2 * told.iter().filter(uneven).count() > told.len() + whole.len();
         let counts = || filed.iter().map(|read| read.count);
@@ -139,7 +135,7 @@ impl Recording {
 /// Whether a channel that is set has few readings beside the busiest of those that lack some, which has one at more than half of the `recorded` samples.
 fn is_few_set(filed: &[Read<'_>], most: usize, recorded: usize) -> bool {
     let few = |read: &Read<'_>| read.channel.is_set() && read.count * ALIKE <= most;
-    most as f64 >= FEW * recorded as f64 && filed.iter().any(few)
+    !are_few(most, recorded) && filed.iter().any(few)
 }
 
 /// Whether no channel is polled, and in enough of those that would repeat, as their values are few, hardly a reading is equal to that a sample before.
@@ -161,18 +157,11 @@ struct Read<'a> {
 
 impl<'a> Read<'a> {
     fn of((channel, values): (Channel, &'a [f64])) -> Self {
-        // Without a branch, so that the compiler can vectorise it.
-        let count = values.iter().map(|v| usize::from(v.is_finite())).sum();
         Self {
             channel,
             values,
-            count,
+            count: count(values),
         }
-    }
-
-    /// Whether it has few readings for so many samples.
-    fn is_few_of(&self, samples: usize) -> bool {
-        (self.count as f64) < FEW * samples as f64
     }
 
     /// Readings that are equal to that a sample before.
@@ -279,10 +268,8 @@ impl Lines {
                 values[from + 1..to].fill(begin);
                 continue;
             }
-            let rise = (values[to] - begin) / (to - from) as f64;
-            for (k, value) in values[from..to].iter_mut().enumerate().skip(1) {
-                *value = begin + rise * k as f64;
-            }
+            let end = values[to];
+            draw_line(&mut values[from + 1..to], begin, end);
         }
     }
 }

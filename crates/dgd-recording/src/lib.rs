@@ -10,6 +10,7 @@
 
 mod clock;
 mod events;
+mod few;
 mod moment;
 mod order;
 mod origin;
@@ -23,11 +24,12 @@ mod well;
 
 pub use clock::{ClockError, ClockSurvey, Gap, Uneven, check_even, odd_step, survey_clock};
 pub use events::Events;
+pub use few::ReadingSurvey;
 pub use moment::Moment;
 pub use order::{Rank, quantile};
 pub use origin::{days_from_1970, rfc3339, zone_offset_s};
 pub use propose::{Proposal, ProposedChannel, propose_channels};
-pub use readings::{SLOWEST_S, held_for, readings};
+pub use readings::{SLOWEST_S, draw_line, held_for, readings};
 pub use recording::{
     Absent, BlockGrid, Channel, Recording, RecordingError, STANDING_M3_S, Unequal,
 };

@@ -61,6 +61,20 @@ pub fn held_for(values: &[f64]) -> usize {
     if regular && told { every } else { 1 }
 }
 
+/// Fills what lies between two readings, `from` just before it and `to` just after it, with a straight line.
+///
+/// ```
+/// let mut between = [f64::NAN; 3];
+/// dgd_recording::draw_line(&mut between, 1.0, 5.0);
+/// assert_eq!(between, [2.0, 3.0, 4.0]);
+/// ```
+pub fn draw_line(between: &mut [f64], from: f64, to: f64) {
+    let span = (between.len() + 1) as f64;
+    for (step, value) in between.iter_mut().enumerate() {
+        *value = from + (to - from) * (step + 1) as f64 / span;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::{held_for, readings};

@@ -9,7 +9,6 @@ pub use mapping::{Absent, RecordingError, Unequal};
 use crate::clock::{STRETCH, most_steps};
 use crate::{ClockError, ClockSurvey, Issue, Uneven, check_even, survey_clock};
 use dgd_units::Dimension;
-use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
 
@@ -257,15 +256,6 @@ impl Recording {
         let series = self.series();
         let recorded = |i: &usize| series.iter().any(|(_, values)| values[*i].is_finite());
         (0..self.len()).filter(recorded).count()
-    }
-
-    /// Whether a channel has a reading at fewer than half of the samples: then it is worth asking how its readings come.
-    pub fn has_few_readings(&self) -> bool {
-        // Without a branch, so that the compiler can vectorise it.
-        let read =
-            |values: &[f64]| -> usize { values.iter().map(|v| usize::from(v.is_finite())).sum() };
-        let series = self.series().into_par_iter();
-        series.any(|(_, values)| 2 * read(values) < values.len())
     }
 
     /// Every series, in the order of [`Self::series`].

@@ -1,5 +1,7 @@
 //! Inputs without holes: a simulation needs a value at every instant.
 
+use dgd_recording::draw_line;
+
 /// Interpolates over values that are not finite, holding the nearest at the ends.
 ///
 /// Returns how many were filled; `None` if there is no finite value at all.
@@ -21,7 +23,7 @@ pub fn fill_gaps(values: &mut [f64]) -> Option<usize> {
             continue;
         }
         let (from, to) = (values[last], values[index]);
-        between(&mut values[last + 1..index], from, to);
+        draw_line(&mut values[last + 1..index], from, to);
         last = index;
     }
     let closing = values[last];
@@ -35,14 +37,6 @@ pub(crate) fn join(mine: &mut Vec<f64>, theirs: Vec<f64>) {
         *mine = theirs;
     } else {
         mine.extend(theirs);
-    }
-}
-
-/// A straight line over a gap.
-fn between(gap: &mut [f64], from: f64, to: f64) {
-    let span = (gap.len() + 1) as f64;
-    for (step, value) in gap.iter_mut().enumerate() {
-        *value = from + (to - from) * (step + 1) as f64 / span;
     }
 }
 
@@ -95,7 +89,7 @@ impl Filling {
             }
             let gap = &mut self.values[index - self.missing..index];
             match self.last {
-                Some(last) => between(gap, last, value),
+                Some(last) => draw_line(gap, last, value),
                 None => gap.fill(value),
             }
             self.last = Some(value);

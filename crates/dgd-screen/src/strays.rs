@@ -2,19 +2,14 @@
 
 use crate::screening::{Rules, twins};
 use crate::{Faults, ScreenError, ScreenOptions, error, scan, spike};
-use dgd_recording::{Channel, Recording};
+use dgd_recording::{Channel, Recording, draw_line};
 use rayon::prelude::*;
 
-/// A channel with a reading at fewer than this share of the samples has no neighbours that tell a spike.
-const FEW: f64 = 0.5;
-/// Channels are read apart if more than one in so many has few readings.
-const APART: usize = 3;
 /// Longest time from the reading before to that after, s: what lasts may be real. Set by hand.
 const LONGEST_S: f64 = 15.0;
 
 /// Takes out readings of pressures and the return flow that those before and after, no more than 15 s apart, do not confirm: before lines are drawn from
-/// them. Of channels with a reading at fewer than half of the samples that hold any, where these are more than a third of those that vary. Gives how many of
-/// each channel went.
+/// them. Of channels that are [read apart](Recording::read_apart). Gives how many of each channel went.
 ///
 /// [`screen`](crate::screen) finds spikes among samples that follow each other, of which such channels have hardly any. The rule is the same, from
 /// reading to reading; a twin that shows it too, as its own readings go on, confirms it.
@@ -37,7 +32,7 @@ pub fn blank_strays(
 ) -> Result<Vec<(Channel, usize)>, ScreenError> {
     error::check(recording, step_s)?;
     let rules = Rules::new(step_s, options)?;
-    let found: Vec<(Channel, Vec<usize>)> = read_apart(recording)
+    let found: Vec<(Channel, Vec<usize>)> = (recording.read_apart())
         .into_par_iter()
         // What is set may be set for one reading.
         .filter(|(channel, _)| !channel.is_set())
@@ -53,34 +48,6 @@ pub fn blank_strays(
         .into_iter()
         .map(|(channel, strays)| (channel, strays.len()));
     Ok(counts.collect())
-}
-
-/// The channels that have few readings; none where they are not enough.
-fn read_apart(recording: &Recording) -> Vec<(Channel, &[f64])> {
-    if !recording.has_few_readings() {
-        return Vec::new();
-    }
-    let recorded = recording.recorded();
-    let varies = |values: &[f64]| {
-        let mut finite = values.iter().filter(|v| v.is_finite());
-        let first = finite.next();
-        finite.any(|v| Some(v) != first)
-    };
-    let varying = recording.series().into_iter();
-    let varying: Vec<_> = varying.filter(|(_, values)| varies(values)).collect();
-    let is_few = |values: &[f64]| {
-        let read = values.iter().filter(|v| v.is_finite()).count();
-        (read as f64) < FEW * recorded as f64
-    };
-    let few: Vec<(Channel, &[f64])> = (varying.iter())
-        .filter(|(_, values)| is_few(values))
-        .copied()
-        .collect();
-    if APART * few.len() > varying.len() {
-        few
-    } else {
-        Vec::new()
-    }
 }
 
 /// Samples of a channel at which a reading stands alone.
@@ -108,26 +75,15 @@ fn strays(recording: &Recording, channel: Channel, values: &[f64], rules: Rules<
 
 /// A series at samples at which it need not be read: on the line between its readings before and after, NaN beyond them.
 fn along(values: &[f64], at: &[usize]) -> Vec<f64> {
+    let mut lines = values.to_vec();
     let read: Vec<usize> = (0..values.len())
         .filter(|i| values[*i].is_finite())
         .collect();
-    let mut next = 0;
-    let value = |i: &usize| {
-        while read.get(next).is_some_and(|read| read < i) {
-            next += 1;
-        }
-        let after = *read.get(next)?;
-        if after == *i {
-            return Some(values[after]);
-        }
-        let before = *read.get(next.checked_sub(1)?)?;
-        let share = (i - before) as f64 / (after - before) as f64;
-        Some(values[before] + share * (values[after] - values[before]))
-    };
-    at.iter()
-        .map(value)
-        .map(|v| v.unwrap_or(f64::NAN))
-        .collect()
+    for pair in read.windows(2) {
+        let (from, to) = (pair[0], pair[1]);
+        draw_line(&mut lines[from + 1..to], values[from], values[to]);
+    }
+    at.iter().map(|i| lines[*i]).collect()
 }
 
 #[cfg(test)]

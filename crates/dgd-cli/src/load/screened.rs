@@ -5,9 +5,8 @@ use super::{Described, When};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use dgd_ingest::BlockOptions;
-use dgd_recording::{BlockGrid, Recording, RecordingError, Settle, Table, Well};
+use dgd_recording::{BlockGrid, ReadingSurvey, Recording, RecordingError, Settle};
 use dgd_screen::{BlockScreen, BlockSuspect, ScreenOptions};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tracing::warn;
 
@@ -50,13 +49,13 @@ pub(crate) fn open<'w>(
     }
     let grid = BlockGrid::new(blocks.head(), blocks.rows(), well);
     let mut grid = grid.map_err(|e| well.unmapped(path, &e, &blocks.head().issues))?;
-    let mut sparse = Sparse::default();
+    let mut readings = ReadingSurvey::default();
     for pass in 1.. {
         progress.stage("surveying", &format!("the clock, pass {pass}"));
         blocks.each::<Failure>(|block| {
             grid.add(block);
             if pass == 1 {
-                sparse.add(block, well);
+                readings.add(block, well);
             }
             Ok(())
         })?;
@@ -72,7 +71,7 @@ pub(crate) fn open<'w>(
         when.say(blocks.bytes(), &why);
         return Ok(None);
     }
-    if sparse.may_be_events() {
+    if readings.may_be_joined() {
         let why = format!(
             "{} is read in full: some of its channels have a reading in fewer than half of the rows, and what lies between may be drawn",
             path.display()
@@ -92,58 +91,6 @@ pub(crate) fn open<'w>(
         grid,
         told,
     }))
-}
-
-/// How many readings the channels have, and in how many rows.
-#[derive(Default)]
-struct Sparse {
-    rows: usize,
-    channels: BTreeMap<String, Readings>,
-}
-
-#[derive(Default)]
-struct Readings {
-    count: usize,
-    first: Option<f64>,
-    /// Whether one differs from the first.
-    varies: bool,
-    /// The value in the last row.
-    last: Option<f64>,
-    /// Rows that repeat the value of the one before.
-    repeats: usize,
-}
-
-impl Sparse {
-    fn add(&mut self, block: &Table, well: &Well) {
-        self.rows += block.rows();
-        for (_, tag) in well.channels.tags() {
-            let Some(column) = block.column(tag) else {
-                continue;
-            };
-            let channel = self.channels.entry(tag.to_owned()).or_default();
-            for value in &column.values {
-                let before = channel.last.replace(*value);
-                if value.is_finite() {
-                    let first = *channel.first.get_or_insert(*value);
-                    channel.varies |= *value != first;
-                    channel.count += 1;
-                    channel.repeats += usize::from(before == Some(*value));
-                }
-            }
-        }
-    }
-
-    /// Whether channels may be filed by events, what lies between which must be known as a whole.
-    fn may_be_events(&self) -> bool {
-        let varying = || self.channels.values().filter(|channel| channel.varies);
-        let few = varying().filter(|channel| 2 * channel.count < self.rows);
-        let few = few.count();
-        // Where channels are filed when they change, no row repeats the one before.
-        let filed = || varying().filter(|channel| channel.count < self.rows);
-        let readings: usize = filed().map(|channel| channel.count).sum();
-        let repeats: usize = filed().map(|channel| channel.repeats).sum();
-        3 * few > varying().count() || (few > 0 && 1000 * repeats < readings)
-    }
 }
 
 /// What ends a pass.
