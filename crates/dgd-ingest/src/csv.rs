@@ -63,8 +63,9 @@ fn table(text: &[u8], layout: &mut Layout, issues: Vec<Issue>) -> Result<Table, 
     let plan = Plan::new(&rows, &seen, issues);
     let mut table = Table::default();
     plan.fill(&mut rows.columns, &mut table);
-    if layout.readings.is_none() && events::are_read_apart(&rows.columns, &seen) {
-        events::onto_one_clock(&mut table);
+    let apart = events::read_apart(&plan, &seen);
+    if let Some(apart) = apart.filter(|_| layout.readings.is_none()) {
+        apart.onto_one_clock(&mut table);
     }
     if table
         .columns

@@ -2,6 +2,7 @@
 
 use crate::origin::nanoseconds;
 use crate::{Moment, TimeSource};
+use dgd_units::{Dimension, Unit};
 use std::fmt;
 
 /// One column as the file has it.
@@ -65,7 +66,7 @@ impl Table {
                 if clock.is_some_and(|index| index != mapped) {
                     return None;
                 }
-                unit.to_si(first(mapped)?)
+                self.time_unit(mapped, *unit).to_si(first(mapped)?)
             }
             (TimeSource::Interval { .. }, Some(index)) => first(index)?,
             (TimeSource::Interval { .. }, None) => 0.0,
@@ -88,8 +89,21 @@ impl Table {
     #[must_use]
     pub fn first_stamp_s(&self, time: &TimeSource) -> Option<f64> {
         match time {
-            TimeSource::Column { tag, unit } => Some(unit.to_si(self.earliest(self.find(tag)?)?)),
+            TimeSource::Column { tag, unit } => {
+                let mapped = self.find(tag)?;
+                let unit = self.time_unit(mapped, *unit);
+                Some(unit.to_si(self.earliest(mapped)?))
+            }
             TimeSource::Interval { .. } => None,
+        }
+    }
+
+    /// What a column of times counts that a channel map says to be in a unit: that of the file, which a reader has made seconds in the [clock](Self::clock).
+    pub(crate) fn time_unit(&self, index: usize, described: Unit) -> Unit {
+        if self.clock == Some(index) {
+            Unit::si(Dimension::Time)
+        } else {
+            described
         }
     }
 

@@ -99,7 +99,7 @@ impl TextBlocks {
         if !plan.has_values(&seen) {
             return Ok(Opened::Whole(WHOLE_TEXT));
         }
-        if plan.head().clock.is_some() && events::are_read_apart(&pass.rows.columns, &seen) {
+        if events::read_apart(&plan, &seen).is_some() {
             return Ok(Opened::Whole(WHOLE_READINGS));
         }
         Ok(Opened::Blocks(Self {

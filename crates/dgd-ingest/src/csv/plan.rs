@@ -18,6 +18,8 @@ pub(super) struct Plan {
     origin: Option<String>,
     /// Which of the columns counts from it.
     clock: Option<usize>,
+    /// Which of them tells the seconds of the rows, from whenever.
+    seconds: Option<usize>,
 }
 
 #[derive(Debug)]
@@ -49,10 +51,40 @@ pub(super) struct Seen {
     /// How many cells of each column have a value.
     pub(super) finite: Vec<usize>,
     pub(super) rows: usize,
-    /// Rows whose dated stamp or clock time has parts of a second, or is that of the row before.
-    pub(super) apart: usize,
-    /// The last stamp of each column.
-    last: Vec<f64>,
+    /// Rows in which a time of each column has parts of a second, or is that of the row before.
+    apart: Vec<usize>,
+    /// How the values of each column go on.
+    course: Vec<Course>,
+}
+
+/// How values go on from row to row.
+#[derive(Debug, Clone, Copy)]
+struct Course {
+    last: f64,
+    step: Option<f64>,
+    /// Whether each is as far from the one before as the others are.
+    even: bool,
+}
+
+impl Course {
+    const NEW: Self = Self {
+        last: f64::NAN,
+        step: None,
+        even: true,
+    };
+
+    /// Looks at values that follow; at none any more once they are uneven.
+    fn add(&mut self, values: &[f64]) {
+        for value in values {
+            if !self.even {
+                return;
+            }
+            let step = value - std::mem::replace(&mut self.last, *value);
+            if step.is_finite() {
+                self.even = *self.step.get_or_insert(step) == step;
+            }
+        }
+    }
 }
 
 impl Seen {
@@ -61,8 +93,8 @@ impl Seen {
             first_finite: vec![None; columns],
             finite: vec![0; columns],
             rows: 0,
-            apart: 0,
-            last: vec![f64::NAN; columns],
+            apart: vec![0; columns],
+            course: vec![Course::NEW; columns],
         }
     }
 
@@ -73,21 +105,43 @@ impl Seen {
             let there = column.values.iter().map(|v| usize::from(v.is_finite()));
             *finite += there.sum::<usize>();
         }
-        // A day of its own is shared by all of it.
-        let is_date = |c: &Reading| c.clock.first().is_some_and(|s| s.kind == StampKind::Date);
-        let of_times = columns.iter().zip(&mut self.last);
-        for (column, last) in of_times.filter(|(c, _)| c.head.stamps && !is_date(c)) {
-            for stamp in column.values.iter().filter(|t| t.is_finite()) {
-                let shared = std::mem::replace(last, *stamp) == *stamp;
-                self.apart += usize::from(shared || stamp.fract() != 0.0);
-            }
-        }
         for (first, column) in self.first_finite.iter_mut().zip(columns) {
             if first.is_none() {
                 *first = column.values.iter().copied().find(|v| v.is_finite());
             }
         }
+        for (index, column) in columns.iter().enumerate() {
+            let course = &mut self.course[index];
+            if let Some(per_second) = per_second(column, self.first_finite[index]) {
+                for time in column.values.iter().filter(|t| t.is_finite()) {
+                    let shared = std::mem::replace(&mut course.last, *time) == *time;
+                    let apart = shared || (time / per_second).fract() != 0.0;
+                    self.apart[index] += usize::from(apart);
+                }
+            } else {
+                course.add(&column.values);
+            }
+        }
     }
+
+    /// Whether each row has a value that is that of the row before, or one more, as the number of a well or of the row has: no instrument was read.
+    pub(super) fn is_no_reading(&self, index: usize) -> bool {
+        self.finite[index] == self.rows && self.course[index].even
+    }
+}
+
+/// How many of its units a second has, of a column that tells the times of rows; `None` of any other.
+fn per_second(column: &Reading, first: Option<f64>) -> Option<f64> {
+    let head = &column.head;
+    if head.stamps {
+        // A day of its own is shared by all of it.
+        let is_date = (column.clock.first()).is_some_and(|stamp| stamp.kind == StampKind::Date);
+        return (!is_date).then_some(1.0);
+    }
+    let unit = head.unit.as_deref();
+    let of_epoch = epoch(&head.tag, unit, first).map(|epoch| epoch.per_second);
+    let in_seconds = is_time_name(&head.tag) && unit.and_then(per_second_of) == Some(1.0);
+    of_epoch.or(in_seconds.then_some(1.0))
 }
 
 impl Plan {
@@ -100,7 +154,7 @@ impl Plan {
             let first = |at: usize| readings[at].clock.first();
             Some((first(date.at)?.ns + first(date.clock_at)?.ns, false))
         });
-        let mut clock = None;
+        let (mut clock, mut seconds) = (None, None);
         let mut columns = Vec::with_capacity(readings.len());
         for (index, reading) in readings.iter().enumerate() {
             if date.is_some_and(|date| date.at == index) {
@@ -155,6 +209,9 @@ impl Plan {
                 origin = Some(epoch.origin());
                 clock = Some(columns.len());
             }
+            if per_second(reading, seen.first_finite[index]).is_some() {
+                seconds = seconds.or(Some(columns.len()));
+            }
             columns.push(planned);
         }
         Self {
@@ -163,6 +220,7 @@ impl Plan {
             issues,
             origin: origin.map(|(ns, zoned)| dgd_recording::rfc3339(ns, zoned)),
             clock,
+            seconds: clock.or(seconds),
         }
     }
 
@@ -202,6 +260,24 @@ impl Plan {
             origin: self.origin.clone(),
             clock: self.clock,
         }
+    }
+
+    /// The column of the table that tells the seconds of its rows, and how many of these share theirs with the row before, or have parts of one.
+    pub(super) fn seconds(&self, seen: &Seen) -> Option<(usize, usize)> {
+        let seconds = self.seconds?;
+        Some((seconds, seen.apart[self.columns[seconds].index]))
+    }
+
+    /// The columns of the table of which an instrument was read in some rows, and in how many; `clock` is its clock.
+    pub(super) fn read(&self, seen: &Seen, clock: usize) -> Vec<(usize, usize)> {
+        let columns = self.columns.iter().enumerate();
+        let is_read = |(at, planned): &(usize, &Planned)| {
+            let index = planned.index;
+            *at != clock && seen.finite[index] > 0 && !seen.is_no_reading(index)
+        };
+        let read = columns.filter(is_read);
+        read.map(|(at, planned)| (at, seen.finite[planned.index]))
+            .collect()
     }
 
     /// Whether a column with a value is left, as far as its own cells tell.

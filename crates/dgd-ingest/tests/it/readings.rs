@@ -2,7 +2,7 @@
 
 use crate::{assert_same, issue, table_of, unit, values};
 use dgd_ingest::{BlockOptions, BlockReader, IngestError, Opened, ReadOptions};
-use dgd_recording::{IssueKind, Table};
+use dgd_recording::{Issue, IssueKind, Table};
 use std::fmt::Write;
 
 const NAN: f64 = f64::NAN;
@@ -354,4 +354,74 @@ fn a_pivoted_table_is_that_of_a_text_with_one_reading_a_line() {
     assert_eq!(read(full).rows(), 2);
     let back = "t,a,b,c\n2026-03-01 10:00:04.5,1,,\n2026-03-01 10:00:00.5,,2,\n2026-03-01 10:00:02.5,,,3\n";
     assert_same(values(&read(back), "a"), &[1.0, NAN, NAN]);
+}
+
+/// However a pivoted table tells its times, and beside columns of which nothing was read.
+#[test]
+fn a_pivoted_table_is_put_on_one_clock_by_any_times_in_seconds() {
+    let tags = ["FT1", "PT1", "PT2", "SPM"];
+    let epoch = |s: f64| 1_772_359_200.0 + s;
+    let forms: [(&str, &dyn Fn(f64) -> String); 5] = [
+        ("Timestamp", &|s| stamp(s)),
+        ("Time", &|s| stamp(s).split_off(11)),
+        ("epoch", &|s| format!("{:.3}", epoch(s))),
+        ("unixtime", &|s| format!("{:.0}", 1e3 * epoch(s))),
+        ("Time [s]", &|s| format!("{s:.3}")),
+    ];
+    for (time, written) in forms {
+        let mut text = format!("{time},Row,Well,{}\n", tags.join(","));
+        for row in 0..800 {
+            // Each tag at its own part of a second, every two seconds; which of them was read is counted up.
+            let tag = row % 4;
+            let second = 2.0 * f64::from(row / 4) + 0.211 * f64::from(tag);
+            let mut cells = [const { String::new() }; 4];
+            cells[tag as usize] = (1000 * tag + row / 4).to_string();
+            _ = writeln!(text, "{},{row},15,{}", written(second), cells.join(","));
+        }
+        let table = read(&text);
+        assert_eq!(table.rows(), 200, "{time}");
+        for (tag, name) in tags.iter().enumerate() {
+            let told: Vec<f64> = (0..200).map(|i| f64::from(1000 * tag as u32 + i)).collect();
+            assert_same(values(&table, name), &told);
+        }
+        assert!(values(&table, "Well").iter().all(|well| *well == 15.0));
+        let rows = values(&table, "Row");
+        assert!(
+            rows.windows(2).all(|pair| pair[1] - pair[0] == 4.0),
+            "{time}"
+        );
+        let opened = BlockReader::open(
+            std::io::Cursor::new(text),
+            &ReadOptions::default(),
+            BlockOptions::default(),
+        );
+        assert!(matches!(opened, Ok(Opened::Whole(_))), "{time}");
+    }
+}
+
+/// Scans that come about half a second behind the first reading of all are not parted by whole seconds from it.
+#[test]
+fn readings_by_events_are_put_on_the_part_of_a_second_at_which_they_come() {
+    let mut text = String::from("Timestamp,Tag,Value\n");
+    _ = writeln!(text, "{},FT1,0", stamp(0.0));
+    let mut filed = [0_usize; 3];
+    for i in 1..600_u32 {
+        // A scan is now before the half of its second and now behind it.
+        let second = f64::from(i) + 0.5 + 0.04 * (f64::from(i * 7 % 11) - 5.0) / 5.0;
+        for (tag, filed) in filed.iter_mut().enumerate() {
+            // Unevenly, as by events.
+            if (i * (3 + tag as u32)) % 7 < 3 {
+                *filed += 1;
+                _ = writeln!(text, "{},T{tag},{i}", stamp(second + 0.002 * tag as f64));
+            }
+        }
+    }
+    let table = read(&text);
+    for (tag, filed) in filed.iter().enumerate() {
+        let values = values(&table, &format!("T{tag}"));
+        let told: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        assert_eq!(told.len(), *filed, "T{tag}");
+    }
+    let crowded = |issue: &&Issue| issue.kind == IssueKind::Crowded;
+    assert_eq!(table.issues.iter().find(crowded), None);
 }

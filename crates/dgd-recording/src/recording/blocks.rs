@@ -62,6 +62,7 @@ impl<'w> BlockGrid<'w> {
         };
         let one = Table {
             columns: head.columns.iter().map(row).collect(),
+            clock: head.clock,
             ..Table::default()
         };
         let (_, mapping) = Recording::from_table(one, well)?;
@@ -83,9 +84,11 @@ impl<'w> BlockGrid<'w> {
     pub fn add(&mut self, block: &Table) {
         let stamps = match &self.well.channels.time {
             TimeSource::Column { tag, unit } => {
-                let column = block.column(tag);
-                let mut stamps = column.map_or_else(Vec::new, |c| c.values.clone());
-                self.origin.shift(&mut stamps, *unit);
+                let column = block.find(tag);
+                let mut stamps =
+                    column.map_or_else(Vec::new, |at| block.columns[at].values.clone());
+                let unit = column.map_or(*unit, |at| block.time_unit(at, *unit));
+                self.origin.shift(&mut stamps, unit);
                 stamps
             }
             TimeSource::Interval { step_s } => self.origin.even(block.rows(), *step_s),
@@ -167,6 +170,7 @@ impl<'w> BlockGrid<'w> {
         let named = self.named.iter().filter_map(|n| block.columns.get(*n));
         let named = Table {
             columns: named.cloned().collect(),
+            clock: (block.clock).and_then(|clock| self.named.iter().position(|n| *n == clock)),
             ..Table::default()
         };
         let (rows, _) = Recording::from_rows(named, self.well, &mut self.origin)?;

@@ -380,8 +380,10 @@ impl Recording {
         };
         let time_s = match &map.time {
             TimeSource::Column { tag, unit } => {
-                let mut time_s = columns.take("time", tag, *unit)?;
-                origin.shift(&mut time_s, *unit);
+                let index = columns.find("time", tag)?;
+                let unit = columns.table.time_unit(index, *unit);
+                let mut time_s = columns.take("time", tag, unit)?;
+                origin.shift(&mut time_s, unit);
                 time_s
             }
             TimeSource::Interval { step_s } => {

@@ -1,7 +1,7 @@
 //! A recording that comes in blocks lies on the clock of one that is there at once.
 
-use crate::wells::{table, well};
-use dgd_recording::{BlockGrid, Recording, RecordingError, Table};
+use crate::wells::{table, unit, well};
+use dgd_recording::{BlockGrid, Recording, RecordingError, Table, TimeSource, Well};
 use proptest::prelude::*;
 
 fn cut(table: &Table, from: usize, to: usize) -> Table {
@@ -27,18 +27,21 @@ fn joined(all: &[Recording]) -> Vec<Vec<u64>> {
 
 /// What both ways give: the step, the issues and the series, or the refusal.
 fn compare(table: &Table, rows: usize) {
-    let well = well();
+    compare_of(&well(), table, rows);
+}
+
+fn compare_of(well: &Well, table: &Table, rows: usize) {
     let n = table.rows();
     let blocks: Vec<Table> = (0..n)
         .step_by(rows)
         .map(|from| cut(table, from, n.min(from + rows)))
         .collect();
-    let whole = Recording::from_table(table.clone(), &well).and_then(|(recording, mapping)| {
+    let whole = Recording::from_table(table.clone(), well).and_then(|(recording, mapping)| {
         let (recording, step_s, clock) = recording.onto_grid()?;
         Ok((recording, step_s, [mapping, clock].concat()))
     });
     let in_blocks = || -> Result<_, RecordingError> {
-        let mut grid = BlockGrid::new(&cut(table, 0, 0), n, &well)?;
+        let mut grid = BlockGrid::new(&cut(table, 0, 0), n, well)?;
         loop {
             blocks.iter().for_each(|block| grid.add(block));
             if !grid.next_pass()? {
@@ -84,6 +87,25 @@ fn a_gap_longer_than_a_part_is_filled_in_several() {
     let mut stamps: Vec<f64> = (0..10_000).map(f64::from).collect();
     stamps[5000..].iter_mut().for_each(|t| *t += 90_000.5);
     compare(&table(&stamps), 700);
+}
+
+#[test]
+fn a_clock_that_a_reader_has_made_seconds_is_in_seconds_in_blocks_as_well() {
+    let stamps: Vec<f64> = (0..100).map(|i| 3.0 + 2.0 * f64::from(i)).collect();
+    let mut dated = table(&stamps);
+    dated.clock = Some(0);
+    let mut described = well();
+    described.channels.time = TimeSource::Column {
+        tag: "t".into(),
+        unit: unit("ms"),
+    };
+    compare_of(&described, &dated, 7);
+    let mut grid = BlockGrid::new(&cut(&dated, 0, 0), 100, &described).unwrap();
+    grid.add(&dated);
+    while grid.next_pass().unwrap() {
+        grid.add(&dated);
+    }
+    assert_eq!(grid.step_s(), 2.0);
 }
 
 #[test]

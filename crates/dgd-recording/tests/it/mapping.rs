@@ -1,6 +1,6 @@
 use crate::wells::{column, source, table, unit, well};
 use dgd_recording::{
-    BlockGrid, Channel, ChannelError, ChannelSource, IssueKind, Recording, RecordingError,
+    BlockGrid, Channel, ChannelError, ChannelSource, IssueKind, Recording, RecordingError, Table,
     TimeSource, Well, WellError,
 };
 use dgd_units::{Dimension, STANDARD_ATMOSPHERE_PA};
@@ -186,6 +186,31 @@ fn stamps_in_hours_start_at_zero_seconds() {
     };
     let (recording, _) = Recording::from_table(table(&[1.0, 1.5, 2.0]), &well).unwrap();
     assert_eq!(recording.time_s, [0.0, 1800.0, 3600.0]);
+}
+
+/// A reader makes seconds of stamps in milliseconds from 1970, which are what the description tells of the file.
+#[test]
+fn the_clock_that_a_reader_has_made_seconds_is_in_seconds_whatever_the_file_was_in() {
+    let mut well = well();
+    well.channels.time = TimeSource::Column {
+        tag: "t".into(),
+        unit: unit("ms"),
+    };
+    let mut table = table(&[0.0, 1.0, 2.0]);
+    let of = |table: &Table| Recording::from_table(table.clone(), &well).unwrap();
+    assert_eq!(of(&table).0.time_s, [0.0, 0.001, 0.002]);
+    assert_eq!(table.first_stamp_s(&well.channels.time), Some(0.0));
+    table.origin = Some("2026-03-01T10:00:00Z".to_owned());
+    table.clock = Some(0);
+    table.columns[0].values = vec![1.0, 2.0, 3.0];
+    let (recording, issues) = of(&table);
+    assert_eq!(
+        (recording.time_s.as_slice(), issues),
+        (&[0.0, 1.0, 2.0][..], Vec::new())
+    );
+    assert_eq!(table.first_stamp_s(&well.channels.time), Some(1.0));
+    let began = table.began(&well.channels.time).unwrap();
+    assert_eq!(began.to_string(), "2026-03-01 10:00:01 UTC");
 }
 
 #[test]

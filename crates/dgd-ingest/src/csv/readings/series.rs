@@ -4,6 +4,7 @@ use super::super::rows::SPARE_CELLS;
 use crate::nearest::{median_step, nearest};
 use crate::{IngestError, count};
 use dgd_recording::{Issue, IssueKind};
+use std::f64::consts::TAU;
 
 /// Cells that the table may have for every byte of the text, and beyond: few of them are readings where each tag has its own times.
 const CELLS_A_BYTE: u64 = 4;
@@ -11,6 +12,8 @@ const CELLS_A_BYTE: u64 = 4;
 /// Parts of a unit of the clock in which stamps are held: of a second, nanoseconds.
 const PARTS: f64 = 1e9;
 const SECOND: u64 = 1_000_000_000;
+/// Readings come at one part of a second if the mean of their directions on its circle is longer than this share of the radius. Set by hand.
+const TOGETHER: f64 = 0.5;
 
 /// The readings of all tags, and the stamps that they share in the end.
 pub(in crate::csv) struct Readings {
@@ -110,9 +113,12 @@ impl Readings {
 
     /// Moves readings that come by events to whole seconds: their own times would make a clock of milliseconds.
     fn onto_seconds(&mut self) -> impl Iterator<Item = Issue> {
+        let phase = self.phase();
+        self.from += phase as f64 / PARTS;
         for series in &mut self.tags {
             for at in &mut series.at {
-                *at = at.saturating_add(SECOND / 2) / SECOND * SECOND;
+                let middle = at.saturating_add(SECOND / 2);
+                *at = middle.saturating_add_signed(-phase) / SECOND * SECOND;
             }
         }
         let left = self.put_in_order();
@@ -130,6 +136,23 @@ impl Readings {
         [issue(IssueKind::Jitter, "text", moved)]
             .into_iter()
             .chain(left)
+    }
+
+    /// The part of a second at which most readings come, from half a second before whole ones to half a second behind: where they come about its half,
+    /// whole ones would part them. 0 where they come at any.
+    #[expect(clippy::cast_possible_truncation, reason = "half a second at the most")]
+    fn phase(&self) -> i64 {
+        let angle = |at: &u64| (at % SECOND) as f64 / SECOND as f64 * TAU;
+        let all = self.tags.iter().flat_map(|series| &series.at);
+        let (mut sine, mut cosine, mut readings) = (0.0, 0.0, 0.0);
+        for (s, c) in all.map(|at| angle(at).sin_cos()) {
+            sine += s;
+            cosine += c;
+            readings += 1.0;
+        }
+        let told = sine.hypot(cosine) > TOGETHER * readings;
+        let angle = if told { sine.atan2(cosine) } else { 0.0 };
+        (angle / TAU * SECOND as f64) as i64
     }
 
     /// Moves readings to the stamps of the busiest tag.
