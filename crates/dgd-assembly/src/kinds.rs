@@ -1,5 +1,6 @@
 //! Which properties a component of each kind has.
 
+use crate::network::ATMOSPHERE_PA;
 use crate::spec::Kind;
 use dgd_units::{Dimension, Unit, UnitError};
 
@@ -161,7 +162,7 @@ static TANK: &[Property] = &[
         "gas_pressure",
         Some(D::Pressure),
         "Pa",
-        Some(101_325.0),
+        Some(ATMOSPHERE_PA),
         ANY,
         "pressure above the surface, at level 0 if closed",
     ),

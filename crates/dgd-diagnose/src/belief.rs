@@ -31,7 +31,7 @@ pub(crate) fn calibrate(named: &mut [Named]) {
         let own = logistic(constant + margin * over + share * (told / (1.0 - told)).ln());
         debug!(
             "{} share {raw:.3}, e-folds over its hurdle {over:.2}: {own:.3}",
-            one.applied.effect.about().id
+            one.applied.id()
         );
         // What the cause gains its alternatives lose; what it loses, nobody gains.
         let others = if own > raw {
@@ -72,8 +72,8 @@ pub(crate) fn is_strange(one: &Applied) -> bool {
     !one.is_correction() && parameters.any(|(p, v)| p.is_strange(*v))
 }
 
-/// Shares the probability of an effect whose form has come to an end of what it may be with what the catalogue does not hold; or whose strength
-/// has, as it was fitted anew beside others: at that strength it would not have been named.
+/// Gives a part of the probability of an effect to what the catalogue does not hold, where a parameter of its form is at a bound of what is plausible, or
+/// its strength is since it was fitted anew beside others: at that strength it would not have been named.
 pub(crate) fn doubt(named: &mut Named) {
     let one = &named.applied;
     let ends = is_strange(one) || (!one.is_correction() && at_bound(one));

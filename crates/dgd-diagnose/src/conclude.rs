@@ -4,6 +4,7 @@ mod again;
 mod archived;
 mod clock;
 mod coverage;
+mod described;
 mod models;
 mod outdone;
 mod residue;
@@ -132,8 +133,7 @@ pub fn diagnose(
         doubt_more(&mut selection.named, sought, against, own_clock);
     }
     let idle = Unlogged::in_record(&record, &well.channels);
-    let pumped = |n: &Named| Unlogged::may_be(&record, n);
-    let upset = idle.filter(|_| selection.named.iter().any(pumped));
+    let upset = idle.filter(|_| Unlogged::may_be_any(&record, &selection.named));
     if upset.is_some() {
         doubt_more(&mut selection.named, sought, in_balance, unlogged);
     }
@@ -208,12 +208,13 @@ pub fn diagnose(
     Ok(Diagnosis {
         verdict: verdict(&findings, &tested, &options.suspects, sound),
         findings,
-        started_from: known.iter().map(|a| a.effect.about().id).collect(),
+        started_from: known.iter().map(|a| a.id()).collect(),
         suspected: options.suspects.clone(),
         tested,
         warnings: (unjudged.iter().map(Unjudged::warning))
             .chain(clock.iter().map(OwnClock::warning))
             .chain(upset.map(Unlogged::warning))
+            .chain(described::warning(&record.setting, &selection.named))
             .collect(),
         checks,
         before: models.before,
@@ -343,7 +344,7 @@ fn swelling(
         );
     }
     let swell = swell.ok().filter(|s| s.ratio > s.believed);
-    let held = |about: &About| start.iter().any(|a| a.effect.about().id == about.id);
+    let held = |about: &About| start.iter().any(|a| a.id() == about.id);
     let effects = catalogue().iter().map(|effect| effect.about());
     let spectral =
         effects.filter(move |about| about.search.method == Method::Spectrum && !held(about));

@@ -43,6 +43,11 @@ pub(crate) struct Contender {
 }
 
 impl Contender {
+    /// Which of the catalogue it is.
+    pub(crate) fn id(&self) -> &'static str {
+        self.effect.about().id
+    }
+
     /// Evidence that it may claim as its own. A form that must bend by much more than its error is another cause's, so what bending gains
     /// counts up to a limit; a lower one where the strength may differ in each stand, which bends at will.
     pub(crate) fn claim(&self) -> f64 {
@@ -134,7 +139,7 @@ fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contend
     let taken: Vec<&str> = state
         .iter()
         .filter(|a| !a.allowance && a.effect.about().duration().is_none())
-        .map(|a| a.effect.about().id)
+        .map(|a| a.id())
         .collect();
     let tangents = Tangents {
         record,
@@ -225,7 +230,7 @@ fn contender(
 fn again(state: &[Applied], one: &Applied, span_s: (f64, f64)) -> bool {
     let about = one.effect.about();
     let (from, to) = about.interval_s(&one.parameters, span_s);
-    let same = (state.iter()).filter(|held| !held.allowance && held.effect.about().id == about.id);
+    let same = (state.iter()).filter(|held| !held.allowance && held.id() == about.id);
     same.map(|held| about.interval_s(&held.parameters, span_s))
         .any(|(begins, ends)| from < ends && to > begins)
 }
@@ -422,7 +427,7 @@ pub(crate) fn sustained(
 
 /// Share of its evidence, and e-folds besides, that an effect which sets in owes to the time before. Set by hand.
 pub(crate) const SEEN: f64 = 0.03;
-const SEEN_BESIDES: f64 = 3.0;
+pub(crate) const SEEN_BESIDES: f64 = 3.0;
 
 /// Whether what is there from some time on was not there before: always there, it would explain less. It owes no more than half of what
 /// it would have done before, which may be little or nothing: mud is lost only above the fracture pressure.

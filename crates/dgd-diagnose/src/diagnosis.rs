@@ -2,6 +2,7 @@
 
 use crate::ablation::Step;
 use crate::cost::Work;
+use crate::free_run::{self, Part};
 use dgd_effects::{AugmentedModel, Relation, Setting};
 use dgd_recording::{Channel, Moment};
 use dgd_screen::{Coarse, Kept};
@@ -20,8 +21,8 @@ pub struct Diagnosis {
     pub suspected: Vec<String>,
     /// Every effect of the catalogue that the model does not hold: seen, not seen and down to which size, or not testable here.
     pub tested: Vec<Tested>,
-    /// What makes the answer doubtful before it is read: not the rig but its description, or what is logged, may be at fault. Who loads
-    /// the recording adds what he suspects, such as units that cannot be; reports tell it first.
+    /// What makes the answer doubtful before it is read: not the rig but its description, or what is logged, may be at fault. The caller may add
+    /// its own, such as units that are implausible; reports tell all of them first.
     pub warnings: Vec<String>,
     /// Checks on the findings, passed and failed.
     pub checks: Vec<Check>,
@@ -335,6 +336,15 @@ pub struct Simulation {
     pub valid: Vec<bool>,
     /// `return_flow_m3_s`, `riser_level_m`, `pump_outlet_pressure_pa`, `pump_head_m`.
     pub signals: Vec<Signal>,
+}
+
+impl Simulation {
+    /// Root mean square errors of a signal before and after, on the samples that are held out and trusted and of which both models tell something; `None`
+    /// where there are none.
+    pub fn held_out_rmse(&self, signal: &Signal) -> Option<(f64, f64)> {
+        let errors = free_run::errors_of(self, signal, Part::HeldOut)?;
+        Some((errors.before, errors.after))
+    }
 }
 
 /// One signal; NaN where there is nothing to compare.

@@ -2,7 +2,7 @@
 
 use crate::layout::{BALANCE_BLOCKS, Layout, Section};
 use crate::noise::Wander;
-use crate::numbers::mean;
+use crate::numbers::{finite_or_0, mean};
 use crate::record::Record;
 use crate::relations::Blocks;
 use dgd_effects::{Curves, STANDING_M3_S};
@@ -105,7 +105,7 @@ pub(crate) fn late(seconds: f64, curves: &Curves, b: &Blocks, layout: Layout) ->
 /// Both hold for every change of a flow alike: a gain is told from another by how much goes in and out while the level moves, to which
 /// part of a second at every step adds, or from which it takes.
 pub(crate) fn late_flows(record: &Record, layout: Layout) -> [Vec<f64>; 2] {
-    let row_s = record.block_s() * BALANCE_BLOCKS as f64;
+    let row_s = record.row_s();
     let per_row = record.per_block * BALANCE_BLOCKS;
     let rows = layout.rows(Section::Balance);
     let filled = &record.filled;
@@ -226,7 +226,7 @@ impl Unrest<'_> {
         let filled = &self.record.filled;
         let last = self.record.t_s.len() - 1;
         let first = self.layout.rows(Section::Balance).start;
-        let over_s = self.record.block_s() * BALANCE_BLOCKS as f64;
+        let over_s = self.record.row_s();
         for k in 0..self.layout.balance {
             let samples = k * m * BALANCE_BLOCKS..(k + 1) * m * BALANCE_BLOCKS;
             let pumped = |flow: &[f64]| -> f64 {
@@ -241,10 +241,6 @@ impl Unrest<'_> {
             self.sd[first + k] = TIMING_S * moved / over_s;
         }
     }
-}
-
-fn finite_or_0(value: f64) -> f64 {
-    if value.is_finite() { value } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -252,6 +252,9 @@ fn region(record: &Record, about: &About, interval: (f64, f64)) -> String {
             w.0,
             w.1
         ),
+        _ if inside.iter().any(|i| record.filled.pumping[*i]) => {
+            "no reading of return flow and pump speed together".to_owned()
+        }
         _ => "pump at rest".to_owned(),
     }
 }

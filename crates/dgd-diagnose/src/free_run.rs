@@ -4,7 +4,7 @@ use crate::diagnosis::{DiagnoseError, HeldOut, Signal, Simulation};
 use crate::held_out::ends_after;
 use crate::numbers::{bridged, mean, tails};
 use crate::record::Record;
-use dgd_effects::{AugmentedModel, FreeRun, Inputs, Setting, UnknownEffect};
+use dgd_effects::{AugmentedModel, FreeRun, Inputs, START_S, Setting, UnknownEffect};
 use dgd_identify::Prepared;
 use dgd_recording::Well;
 use std::ops::Range;
@@ -65,8 +65,6 @@ fn samples_within(t_s: &[f64], windows: &[(f64, f64)]) -> Vec<bool> {
 fn runs(prepared: &Prepared, held_out: &[bool]) -> Vec<Run> {
     /// Length of a run, s, at the most; the next starts from a measured state again. Set by hand.
     const LONGEST_S: f64 = 3600.0;
-    /// Time over which the mean is the state to start from, s: less noisy than one sample. Set by hand.
-    const START_S: f64 = 5.0;
     let t_s = &prepared.recording.time_s;
     let (inlet, flow) = (
         &prepared.inlet_pressure_pa,
@@ -206,12 +204,15 @@ fn stretches(simulation: &Simulation, signal: &Signal, part: Part) -> Vec<Sums> 
     out
 }
 
-/// Errors by signal; `None` of one that has no sample there.
+/// Errors of a signal; `None` of one that has no sample there.
+pub(crate) fn errors_of(simulation: &Simulation, signal: &Signal, part: Part) -> Option<Errors> {
+    let stretches = stretches(simulation, signal, part);
+    (!stretches.is_empty()).then(|| Sums::errors(&stretches))
+}
+
+/// Errors by signal.
 pub(crate) fn errors(simulation: &Simulation, part: Part) -> Vec<Option<Errors>> {
-    let of = |signal: &Signal| {
-        let stretches = stretches(simulation, signal, part);
-        (!stretches.is_empty()).then(|| Sums::errors(&stretches))
-    };
+    let of = |signal: &Signal| errors_of(simulation, signal, part);
     simulation.signals.iter().map(of).collect()
 }
 

@@ -13,9 +13,9 @@ use crate::timing::{allowed_beside, is_late_meter};
 use dgd_effects::{AppliedEffect, AugmentedModel};
 use dgd_lsq::dot;
 
-/// Length of a held-out window, s, at the least; a diagnosis promises 1200.
+/// Length of a held-out window, s, at the least: a diagnosis promises 20 minutes, and whole samples and a gap at its ends may take some of it. Set by hand.
 const WINDOW_S: f64 = 1260.0;
-/// Share of the recording held out.
+/// Share of the recording held out: a diagnosis promises a fifth, of which whole samples may take some. Set by hand.
 const HELD_SHARE: f64 = 0.215;
 
 /// The windows that no fit may see, s: evenly spread over the hours in which anything was read, none across a gap of them where that can be helped.
@@ -167,7 +167,7 @@ pub(crate) fn model(
         effects: (state.iter())
             .filter(|a| !(a.allowance && a.parameters[0] < 0.0))
             .map(|a| AppliedEffect {
-                id: a.effect.about().id.to_owned(),
+                id: a.id().to_owned(),
                 parameters: a.parameters.clone(),
             })
             .collect(),

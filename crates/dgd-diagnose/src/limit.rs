@@ -1,6 +1,6 @@
 //! How small an effect a recording would have shown.
 
-use crate::contest::{Contender, SEEN};
+use crate::contest::{Contender, SEEN, SEEN_BESIDES};
 use crate::relations::Applied;
 use dgd_effects::{About, Search, catalogue};
 
@@ -101,7 +101,7 @@ impl Showing {
     fn needed(&self) -> Option<f64> {
         // What sets in must explain more than if it were always there (`contest::sets_in`, which asks this much at most).
         let own = 1.0 - SEEN - self.before;
-        (own > 0.0).then(|| (self.hurdle + BEYOND).max(BEYOND / own))
+        (own > 0.0).then(|| (self.hurdle + BEYOND).max(SEEN_BESIDES / own))
     }
 }
 

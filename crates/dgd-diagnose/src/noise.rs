@@ -112,7 +112,7 @@ impl Whitening {
         quantile(weights.filter(|w| *w > 0.0), Rank::MEDIAN).map_or(f64::NAN, |w| 1.0 / w)
     }
 
-    /// Kinship, memory and weights of friction and head where mud flows; returns how much the friction varies there, Pa.
+    /// Coupling, memory and weights of friction and head where mud flows; returns how much the friction varies there, Pa.
     fn pressures(&mut self, residual: &[f64], unrest: &[f64]) -> f64 {
         /// Rows to either side whose mean is not noise: two and a half minutes. Set by hand.
         const REACH: usize = 15;
@@ -121,7 +121,7 @@ impl Whitening {
         /// Spreads from which on a row is no ordinary one. Set by hand.
         const ORDINARY: f64 = 4.0;
         /// Most of the friction's noise that a head row may hold. Set by hand.
-        const MOST_KINSHIP: f64 = 1.5;
+        const MOST_COUPLING: f64 = 1.5;
         /// A row whose timing is worth more tells nothing of the noise.
         const CALM_PA: f64 = 1500.0;
         /// Standard deviations that no rig is below.
@@ -129,7 +129,7 @@ impl Whitening {
         const LEAST_HEAD_PA: f64 = 2500.0;
         let [of_friction, of_head] =
             [Section::Friction, Section::Head].map(|s| self.layout.rows(s));
-        let flowing: Vec<bool> = of_friction.clone().map(|b| self.kin(b)).collect();
+        let flowing: Vec<bool> = of_friction.clone().map(|b| self.is_coupled(b)).collect();
         let heads = self.valid[of_head.clone()].to_vec();
         let friction = high_pass(&residual[of_friction.clone()], &flowing, REACH);
         let head = high_pass(&residual[of_head.clone()], &heads, REACH);
@@ -149,7 +149,7 @@ impl Whitening {
             products += friction[b] * head[b];
         }
         let coupling = if squares > 0.0 {
-            (products / squares).clamp(0.0, MOST_KINSHIP)
+            (products / squares).clamp(0.0, MOST_COUPLING)
         } else {
             0.0
         };
@@ -337,7 +337,7 @@ impl Whitening {
     }
 
     /// Whether the head row of a block holds the friction row's noise.
-    fn kin(&self, b: usize) -> bool {
+    fn is_coupled(&self, b: usize) -> bool {
         self.valid[b] && !self.still[b]
     }
 

@@ -14,6 +14,11 @@ pub(crate) fn whole(value: f64) -> usize {
     count
 }
 
+/// The value, 0 where it is none: what holds nothing moves nothing.
+pub(crate) fn finite_or_0(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
 /// Mean of the finite values, NaN if none is.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     mean_of(values.iter().copied())

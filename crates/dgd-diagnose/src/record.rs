@@ -3,6 +3,7 @@
 use crate::ablation::Step;
 use crate::cost::Tally;
 use crate::frozen_speed::{quantum, stopping_with_the_flow, without_seldom_rest};
+use crate::layout::BALANCE_BLOCKS;
 use crate::numbers::{bridged, mean, whole};
 use crate::stops::{Readings, Stop, stops};
 use crate::suction::heads_lost;
@@ -98,8 +99,13 @@ impl Record {
         self.dt_s * self.per_block as f64
     }
 
-    /// By what a hurdle is multiplied for what acts between two times, s: a want of form adds to its evidence for as long as anything is read, and
-    /// with samples far apart there is more of it, as they blur what the pumps do.
+    /// Length of a row of the mass balance, s.
+    pub(crate) fn row_s(&self) -> f64 {
+        self.block_s() * BALANCE_BLOCKS as f64
+    }
+
+    /// By what a hurdle is multiplied for what acts between two times, s. Errors of the model's form add evidence in proportion to the time that is read, and
+    /// more where samples lie far apart, as these blur what the pumps do.
     pub(crate) fn times_usual(&self, interval_s: (f64, f64)) -> f64 {
         /// Longest step on which hurdles hold as they were set, s.
         const USUAL_STEP_S: f64 = 10.0;

@@ -20,7 +20,7 @@ pub(crate) use rows::{Rows, is_full, is_topped, repeats};
 use crate::layout::BALANCE_BLOCKS;
 use crate::record::Record;
 use dgd_effects::{
-    About, Action, Changes, Curve, Effect, KNOTS, Method, Moment, Role, STANDING_M3_S, unknown,
+    About, Action, Changes, Curve, Effect, KNOTS, Method, Moment, Role, leaking_m3_s, unknown,
 };
 use parts::Row;
 use std::ops::Range;
@@ -51,6 +51,11 @@ impl Applied {
             parameters: effect.about().of_strength(strength),
             allowance: true,
         }
+    }
+
+    /// Which of the catalogue it is.
+    pub(crate) fn id(&self) -> &'static str {
+        self.effect.about().id
     }
 
     /// Whether it is the empirical correction.
@@ -86,10 +91,10 @@ impl From<&Curve> for Applied {
 
 /// The state with one effect more; a timing allowance of the same effect gives way to it.
 pub(crate) fn joined(state: &[Applied], one: &Applied) -> Vec<Applied> {
-    let id = one.effect.about().id;
+    let id = one.id();
     let mut out: Vec<Applied> = state
         .iter()
-        .filter(|a| !(a.allowance && a.effect.about().id == id))
+        .filter(|a| !(a.allowance && a.id() == id))
         .cloned()
         .collect();
     out.push(one.clone());
@@ -128,11 +133,7 @@ impl Metered {
     /// Flow through the line for a reading, m³/s; of mud that stands nothing leaks on.
     fn line_m3_s(self, read_m3_s: f64) -> f64 {
         let outflow = self.outflow_m3_s(read_m3_s);
-        if outflow > STANDING_M3_S {
-            outflow + self.leak_m3_s
-        } else {
-            outflow
-        }
+        outflow + leaking_m3_s(self.leak_m3_s, outflow)
     }
 }
 

@@ -31,8 +31,8 @@ struct Kept {
     over: f64,
 }
 
-/// Tells what remains as something that the catalogue does not hold: where nothing was named, in the relation that keeps most; and, where no
-/// correction was named, in the pump's head in place of effects with which that keeps more than with a correction.
+/// Tells what remains as something that the catalogue does not hold: where nothing was named, in the relation that keeps most. In the pump's head also in
+/// place of effects that were named there, if it keeps more with them than with a correction, and no correction was named.
 ///
 /// The search weighs corrections where curves bend at will, as pump curves may have any smooth shape. The model that runs has stiff curves, and if
 /// those leave much more than noise, no such shape is the cause. Only the head is asked beside effects: the forms of mud that mixes leave up to
@@ -106,7 +106,7 @@ fn over<'a>(record: &Record, tangent: &'a Tangent) -> impl Fn(Section) -> f64 + 
 /// The correction of a section's relation that tells most beside a state, if it tells anything and clearly less is kept with it. That there is something
 /// is known without its hurdle.
 fn better(record: &Record, bare: &Tangent, state: &[Applied], kept: &Kept) -> Option<Correction> {
-    /// Share that may still be kept. Set by hand: the six of [`unnamed`] kept 0.3 to 0.7 of it.
+    /// Share that may still be kept. Set by hand: the six recordings whose probability [`unnamed`] was set on kept 0.3 to 0.7 of it.
     const CLEARLY: f64 = 0.9;
     let relation = kept.section.relation();
     let best = most_telling(record, bare, state, relation)?;
@@ -134,11 +134,7 @@ fn unnamed(best: &Correction, over: f64, there: &[&Named]) -> Named {
     let rest = (1.0 - probability) / all.max(1.0);
     let mut alternatives = Vec::new();
     for n in there {
-        also(
-            &mut alternatives,
-            n.applied.effect.about().id,
-            rest * n.probability,
-        );
+        also(&mut alternatives, n.applied.id(), rest * n.probability);
     }
     Named {
         applied: Applied::from(&best.curve),

@@ -108,7 +108,7 @@ impl<'a> Round<'a> {
         for c in self.contenders.iter().take(9) {
             debug!(
                 "round {number}: {} {:.1} ({:.1} within its form) of {:.1}, {:?}",
-                c.effect.about().id,
+                c.id(),
                 c.evidence,
                 c.formed,
                 self.asked(c),
@@ -248,7 +248,7 @@ impl<'a> Round<'a> {
         match second {
             Some(second) if odds > 0.0 => Ruling::Promised {
                 named: self.named(best, None),
-                second: second.applied.effect.about().id,
+                second: second.applied.id(),
                 otherwise: Box::new(resembling()),
             },
             Some(_) => Ruling::Named(self.named(best, None)),
@@ -299,14 +299,14 @@ impl<'a> Round<'a> {
     }
 
     fn contender(&self, id: &str) -> Option<&Contender> {
-        self.contenders.iter().find(|c| c.effect.about().id == id)
+        self.contenders.iter().find(|c| c.id() == id)
     }
 
     /// The one of some effects that explains most, named whatever its evidence; `None` if the recording excites none of them.
     pub(crate) fn given(&self, ids: &[String]) -> Option<Named> {
         let held = |id: &str| {
             let mut found = self.state[self.held..].iter().filter(|one| !one.allowance);
-            found.any(|one| one.effect.about().id == id)
+            found.any(|one| one.id() == id)
         };
         // What comes and goes is weighed at other times as well, but each is asked about once.
         let given = |c: &&Contender| {

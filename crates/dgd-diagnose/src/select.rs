@@ -90,7 +90,7 @@ pub(crate) fn select(
         }
         for one in selection.state() {
             let kind = if one.allowance { "allowed" } else { "named" };
-            debug!("{kind} {} {:?}", one.effect.about().id, one.parameters);
+            debug!("{kind} {} {:?}", one.id(), one.parameters);
         }
         let round = last.insert(Round::about(record, &selection)?);
         if number == 1 {
@@ -107,7 +107,7 @@ pub(crate) fn select(
         }
         if let Ruling::Named(named) | Ruling::Promised { named, .. } = &ruling {
             // No later round weighs it.
-            let id = named.applied.effect.about().id;
+            let id = named.applied.id();
             shown_beside(&mut selection.first, round, Some(id));
         }
         match ruling {
@@ -179,15 +179,12 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
     let mut most = SAVES;
     for k in rivals {
         let mut other = selection.clone();
-        let gone = other.named.remove(k).applied.effect.about().id;
+        let gone = other.named.remove(k).applied.id();
         let Some(round) = Round::about(record, &other) else {
             continue;
         };
         if !round.shows(gone) {
-            debug!(
-                "{gone} does not show beside {}",
-                last.applied.effect.about().id
-            );
+            debug!("{gone} does not show beside {}", last.applied.id());
             other.named.pop();
             let last = anew(record, &other, last, gone);
             other.accept(record, start, last)?;
@@ -196,7 +193,7 @@ fn revised(record: &Record, start: &[Applied], selection: &Selection) -> Option<
         let Ruling::Named(named) = round.ruling() else {
             continue;
         };
-        let id = named.applied.effect.about().id;
+        let id = named.applied.id();
         if id == gone || other.accept(record, start, named).is_none() {
             continue;
         }
@@ -285,10 +282,7 @@ fn first(round: &Round) -> Vec<First> {
 /// effects that the round weighs, or of one.
 fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
     first.par_iter_mut().for_each(|of| {
-        let weighed = round
-            .contenders
-            .iter()
-            .find(|c| c.effect.about().id == of.id);
+        let weighed = round.contenders.iter().find(|c| c.id() == of.id);
         if let Some(c) = weighed.filter(|_| only.is_none_or(|id| id == of.id)) {
             of.showing = round.showing(c);
         }
@@ -391,7 +385,7 @@ mod tests {
             &mut vec![promise()],
             &Ruling::Nothing
         ));
-        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        let ids = found.named.iter().map(|n| n.applied.id());
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }
 
@@ -413,7 +407,7 @@ mod tests {
         promises.push(second);
         found.named.push(gain(0.8));
         assert!(broken_promises(&mut found, &mut promises, &Ruling::Nothing));
-        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        let ids = found.named.iter().map(|n| n.applied.id());
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
     }
 
@@ -430,7 +424,7 @@ mod tests {
         let record = kick();
         let suspects = ["influx", "pump_wear"].map(str::to_owned);
         let found = select(&record, &[], Sought::Given(&suspects), |_| {}).unwrap();
-        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        let ids = found.named.iter().map(|n| n.applied.id());
         assert_eq!(ids.collect::<Vec<_>>(), ["influx", "pump_wear"]);
     }
 
@@ -441,7 +435,7 @@ mod tests {
         let held = test_rig::one("influx", &[3e-3, from, lasts, rise]);
         let suspects = ["influx".to_owned()];
         let found = select(&record, &[held], Sought::Given(&suspects), |_| {}).unwrap();
-        let ids = found.named.iter().map(|n| n.applied.effect.about().id);
+        let ids = found.named.iter().map(|n| n.applied.id());
         assert_eq!(ids.collect::<Vec<_>>(), ["influx"]);
     }
 
@@ -461,7 +455,7 @@ mod tests {
             revised(&record, &[], &found)
         };
         let left = of(0.0).unwrap();
-        let ids = left.named.iter().map(|n| n.applied.effect.about().id);
+        let ids = left.named.iter().map(|n| n.applied.id());
         assert_eq!(ids.collect::<Vec<_>>(), ["influx"]);
         // It is weighed anew without what had its part of the evidence, and has that for no alternative.
         let beside = test_rig::named("influx", &[3e-3, from, lasts, rise]).evidence;

@@ -111,10 +111,7 @@ mod tests {
             curve: curve.clone(),
             borne: 1.0,
         };
-        assert_eq!(
-            correction(None).applied.effect.about().id,
-            unknown().about().id
-        );
+        assert_eq!(correction(None).applied.id(), unknown().about().id);
         assert!(correction(None).is_unnamed());
         assert!(!correction(Some(held)).is_unnamed());
         let effect = Named {

@@ -2,7 +2,7 @@
 //!
 //! A second effect must stand out from all of it; what a first one leaves over for want of form is no finding.
 
-use crate::numbers::mean;
+use crate::numbers::{finite_or_0, mean};
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, joined, on_grid};
 use crate::tangent::Tangent;
@@ -65,7 +65,7 @@ fn elsewhere(record: &Record, tangent: &Tangent, applied: &[Applied], curve: &Cu
             ..curve.clone()
         };
         let change = tangent.change(record, &joined(applied, &Applied::from(&there)));
-        let column: Vec<f64> = change.into_iter().map(finite).collect();
+        let column: Vec<f64> = change.into_iter().map(finite_or_0).collect();
         Slack {
             column: Arc::new(Sparse::of(&column, &tangent.layout.sections())),
             width: 1.0,
@@ -81,7 +81,7 @@ fn parameters(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize)
         let mut next = applied.to_vec();
         next[k].parameters[j] += step;
         let change = tangent.change(record, &next);
-        let column: Vec<f64> = change.iter().map(|v| finite(v / step)).collect();
+        let column: Vec<f64> = change.iter().map(|v| finite_or_0(v / step)).collect();
         Slack {
             column: Arc::new(Sparse::of(&column, &tangent.layout.sections())),
             width,
@@ -126,7 +126,7 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
     let trace: Vec<f64> = tangent
         .change(record, &other)
         .iter()
-        .map(|v| finite(v / share))
+        .map(|v| finite_or_0(v / share))
         .collect();
     let span = record.setting.span_s;
     let seconds = record.block_s();
@@ -151,10 +151,10 @@ fn form(record: &Record, tangent: &Tangent, applied: &[Applied], k: usize) -> Ve
         .copied()
         .filter(|q| *q > STANDING_M3_S)
         .collect();
-    let typical = finite(mean(&moving)).max(STANDING_M3_S);
+    let typical = finite_or_0(mean(&moving)).max(STANDING_M3_S);
     let load = |row: usize| {
         let q = flow.get(layout.block(row)).copied().unwrap_or(f64::NAN);
-        finite((q / typical - 1.0).clamp(-1.0, 1.0))
+        finite_or_0((q / typical - 1.0).clamp(-1.0, 1.0))
     };
     let error = FORM_SHARE * about.search.form_error;
     let mut out = vec![
@@ -204,11 +204,6 @@ fn starts(record: &Record) -> impl Iterator<Item = f64> {
             }
             (std::mem::take(&mut rested_s) >= 60.0).then_some(*t)
         })
-}
-
-/// A row that holds nothing moves nothing.
-fn finite(v: f64) -> f64 {
-    if v.is_finite() { v } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -564,9 +564,7 @@ pub(crate) fn alike(a: &[Applied], b: &[Applied]) -> bool {
             .map(|p| p.to_bits())
             .collect::<Vec<_>>()
     };
-    let same = |(a, b): (&Applied, &Applied)| {
-        a.effect.about().id == b.effect.about().id && bits(a) == bits(b)
-    };
+    let same = |(a, b): (&Applied, &Applied)| a.id() == b.id() && bits(a) == bits(b);
     a.len() == b.len() && a.iter().zip(b).all(same)
 }
 

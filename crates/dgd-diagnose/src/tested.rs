@@ -17,7 +17,7 @@ pub(crate) fn tested(
     swell: Result<Swell, Unseen>,
 ) -> Vec<Tested> {
     // What the model to start from holds is not looked for.
-    let held = |id: &str| start.iter().any(|a| a.effect.about().id == id);
+    let held = |id: &str| start.iter().any(|a| a.id() == id);
     catalogue()
         .iter()
         .filter(|effect| !held(effect.about().id))

@@ -161,7 +161,8 @@ fn timed_from(
     evidence.is_finite().then_some((at[0], evidence))
 }
 
-/// Times that are fitted together: that of a late meter, and those that are allowed for beside it, each from 0 to the longest.
+/// Times that are fitted together: that of a late meter, from the shortest that one may have, and those that are allowed for beside it, each from 0, or
+/// from what it was fitted as early, to the longest.
 struct Times {
     /// What stays as it is.
     fixed: Vec<Applied>,
@@ -174,7 +175,7 @@ struct Times {
 
 impl Times {
     fn beside(state: &[Applied], meter: &Applied) -> Self {
-        let of = |a: &Applied| a.effect.about().id;
+        let of = |a: &Applied| a.id();
         let timed = |a: &&Applied| a.allowance && a.effect.about().search.timing.is_some();
         let own = &meter.effect.about().parameters[0];
         let mut times = Self {
@@ -272,7 +273,7 @@ fn sound_times(state: &[Applied], timing: Timing) -> Vec<Applied> {
         .filter(|effect| effect.about().search.timing == Some(timing))
         .filter(|effect| {
             let id = effect.about().id;
-            state.iter().all(|a| a.effect.about().id != id)
+            state.iter().all(|a| a.id() != id)
         })
         .flat_map(|effect: &'static dyn Effect| {
             let times = effect.about().search.allowance.iter();

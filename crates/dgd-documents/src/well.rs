@@ -3,7 +3,7 @@
 use crate::mistaken::{Kind, mistaken};
 use crate::reader::{Notes, Section, Value, parse};
 use crate::{DocumentError, Problem};
-use dgd_recording::{ChannelMap, ChannelSource, Geometry, TimeSource, Well};
+use dgd_recording::{Added, ChannelMap, ChannelSource, Geometry, TimeSource, Well};
 use dgd_units::{Dimension, Unit, UnitError};
 use std::fmt::Write as _;
 use toml::de::DeTable;
@@ -118,13 +118,12 @@ fn read_channels(section: &Section<'_, '_>) -> Option<ChannelMap> {
             .need(key, example)
             .and_then(|value| read_source(section, key, value, dimension))
     };
-    let flow = |key, tag| {
-        one(
-            key,
-            Dimension::FlowRate,
-            &format!("{{ tag = \"{tag}\", unit = \"gpm\" }}"),
-        )
+    let flow = |tag| format!("{{ tag = \"{tag}\", unit = \"gpm\" }}");
+    let pumped = |key, tag, absent: &str| {
+        let value = section.need(key, &format!("{}{absent}", flow(tag)))?;
+        read_sum(section, key, value)
     };
+    let none = "  # or \"0 gpm\" if the rig has none";
     let several = |key, tag| {
         let example = format!("[{{ tag = \"{tag}\", unit = \"psia\" }}]");
         let value = section.need(key, &example)?;
@@ -148,10 +147,10 @@ fn read_channels(section: &Section<'_, '_>) -> Option<ChannelMap> {
     let time = section
         .need("time", "{ tag = \"t\", unit = \"s\" }")
         .and_then(|value| read_time(section, value));
-    let mud_pump_flow = flow("mud_pump_flow", "FT1");
-    let booster_flow = flow("booster_flow", "FT2");
-    let topfill_flow = flow("topfill_flow", "FT3");
-    let return_flow = flow("return_flow", "FT4");
+    let mud_pump_flow = pumped("mud_pump_flow", "FT1", "");
+    let booster_flow = pumped("booster_flow", "FT2", none);
+    let topfill_flow = pumped("topfill_flow", "FT3", none);
+    let return_flow = one("return_flow", Dimension::FlowRate, &flow("FT4"));
     let pump_inlet_pressure = several("pump_inlet_pressure", "PT1");
     let pump_outlet_pressure = several("pump_outlet_pressure", "PT3");
     let riser_pressure = section
@@ -196,7 +195,56 @@ fn read_source<'a, 'i>(
         return Some(ChannelSource::Constant { si });
     }
     let (tag, unit, late_s) = read_column(section, key, value, dimension)?;
-    Some(ChannelSource::Column { tag, unit, late_s })
+    Some(ChannelSource::Column {
+        tag,
+        unit,
+        late_s,
+        added: Vec::new(),
+    })
+}
+
+/// A source, or a list of columns that are added up.
+fn read_sum<'a, 'i>(
+    section: &Section<'a, 'i>,
+    key: &'static str,
+    value: &'a Value<'i>,
+) -> Option<ChannelSource> {
+    let Some(list) = value.get_ref().as_array() else {
+        return read_source(section, key, value, Dimension::FlowRate);
+    };
+    let columns: Vec<_> = list
+        .iter()
+        .filter_map(|value| read_column(section, key, value, Dimension::FlowRate))
+        .collect();
+    if columns.len() < list.len() {
+        return None;
+    }
+    let mut columns = columns.into_iter();
+    let Some((tag, unit, late_s)) = columns.next() else {
+        section.problem(
+            value,
+            format!("`{key}` lists no pump"),
+            Some(
+                "list the columns that are added, or write `\"0 gpm\"` if the rig has none".into(),
+            ),
+        );
+        return None;
+    };
+    if columns.clone().any(|(.., other_s)| other_s != late_s) {
+        section.problem(
+            value,
+            format!("the columns of `{key}` that are added are late by different times"),
+            Some("give all of them the same `late`".into()),
+        );
+        return None;
+    }
+    let added = columns.map(|(tag, unit, _)| Added { tag, unit });
+    Some(ChannelSource::Column {
+        tag,
+        unit,
+        late_s,
+        added: added.collect(),
+    })
 }
 
 fn read_time<'a, 'i>(section: &Section<'a, 'i>, value: &'a Value<'i>) -> Option<TimeSource> {
@@ -254,7 +302,16 @@ fn read_column<'a, 'i>(
                 ..
             }) if dimension == Dimension::FlowRate => of_strokes(&inner, key, v, written),
             Err(error) => {
-                section.problem(v, format!("`unit` of `{key}`: {error}"), None);
+                let of_percent = matches!(
+                    error,
+                    UnitError::WrongDimension { is: Dimension::Percent, expected: Dimension::FlowRate, .. }
+                );
+                let help = of_percent.then(|| {
+                    "a paddle or a meter in percent must be calibrated first: add a column with its flow, such as from the strokes of the mud \
+                     pump while the level stands"
+                        .to_owned()
+                });
+                section.problem(v, format!("`unit` of `{key}`: {error}"), help);
                 None
             }
         }
@@ -367,7 +424,19 @@ pub fn write_well(well: &Well) -> String {
         }
     };
     let one = |source: &ChannelSource, dimension: Dimension| match source {
-        ChannelSource::Column { tag, unit, late_s } => column_keys(tag, unit, *late_s),
+        ChannelSource::Column {
+            tag,
+            unit,
+            late_s,
+            added,
+        } => {
+            let mut columns = vec![column_keys(tag, unit, *late_s)];
+            columns.extend(added.iter().map(|a| column_keys(&a.tag, &a.unit, *late_s)));
+            match columns.as_slice() {
+                [only] => only.clone(),
+                several => format!("[{}]", several.join(", ")),
+            }
+        }
         ChannelSource::Constant { si } => format!("\"{si} {}\"", dimension.si_symbol()),
     };
     let several = |sources: &[ChannelSource]| {

@@ -30,7 +30,9 @@ pub use dgd_recording::STANDING_M3_S;
 pub use effect::{
     About, Action, Component, Effect, End, Extent, MeterPath, Parameter, Relation, Role,
 };
-pub use moment::{Changes, Connection, Moment, Noise, Setting, shrunk};
+pub use moment::{
+    Changes, Connection, Moment, Noise, PUMPED_M3_S, START_S, Setting, leaking_m3_s, shrunk,
+};
 pub use own::{RegisterError, register};
 pub use search::{Belief, Excitation, Method, Search, Shown, Timing};
 

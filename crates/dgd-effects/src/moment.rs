@@ -97,6 +97,12 @@ impl Default for Changes {
 }
 
 impl Changes {
+    /// What the inlet pressure reads too much, Pa, as the mean of both transmitters; a single one has both.
+    pub fn read_inlet_bias_pa(&self) -> f64 {
+        let [first, second] = self.inlet_bias_pa;
+        0.5 * (first + second)
+    }
+
     /// What the outlet pressure reads too much, Pa, as the mean of so many transmitters; a single one is the first.
     pub fn read_outlet_bias_pa(&self, transmitters: usize) -> f64 {
         let [first, second] = self.outlet_bias_pa;
@@ -105,6 +111,21 @@ impl Changes {
         } else {
             0.5 * (first + second)
         }
+    }
+}
+
+/// Rate of a pump rather than of a kick that goes on for minutes, m³/s: a barrel every quarter of a minute. Set by hand.
+pub const PUMPED_M3_S: f64 = 0.01;
+
+/// Time over which the mean of what is measured is the state that a free run starts from, s: less noisy than one sample. Set by hand.
+pub const START_S: f64 = 5.0;
+
+/// What a [leak](Changes::leak_m3_s) takes while so much leaves the line at its end, m³/s: nothing of mud that stands.
+pub fn leaking_m3_s(leak_m3_s: f64, outflow_m3_s: f64) -> f64 {
+    if outflow_m3_s > STANDING_M3_S {
+        leak_m3_s
+    } else {
+        0.0
     }
 }
 

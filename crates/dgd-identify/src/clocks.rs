@@ -273,7 +273,8 @@ fn one_clock(late_s: f64, tags: &str) -> String {
     )
 }
 
-/// The seconds that leave least, with the mean square left: tried as they are given, then by steps of the clock around the best.
+/// The seconds that leave least, with the mean square left: tried as they are given, then evenly, some 32 times at the most, between the neighbours of
+/// the best.
 ///
 /// - `left`: of so many samples.
 fn latest(tried_s: &[f64], step_s: f64, left: impl Fn(usize) -> Option<f64>) -> Option<(f64, f64)> {

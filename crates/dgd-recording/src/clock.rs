@@ -357,14 +357,9 @@ impl ClockSurvey {
     /// Source sample for each step of the even clock; `None` in gaps.
     pub(crate) fn sources(&self, time_s: &[f64]) -> Vec<Option<u32>> {
         let mut sources = vec![None; self.steps()];
-        for (index, t) in time_s.iter().enumerate().filter(|(_, t)| t.is_finite()) {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "bounded and non-negative"
-            )]
-            let step = ((t - self.span_s.0) / self.step_s).round() as usize;
-            if let Some(slot @ None) = sources.get_mut(step) {
+        for (index, t) in time_s.iter().enumerate() {
+            let slot = self.step_of(*t).and_then(|step| sources.get_mut(step));
+            if let Some(slot @ None) = slot {
                 *slot = u32::try_from(index).ok();
             }
         }

@@ -36,7 +36,9 @@ pub use recording::{
 pub use settle::Settle;
 pub use survey::{BlockSurvey, ColumnSurvey, Run, TableSurvey, is_clock_name, quantum, survey};
 pub use table::{Column, Issue, IssueKind, Table};
-pub use well::{ChannelError, ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError};
+pub use well::{
+    Added, ChannelError, ChannelMap, ChannelSource, Geometry, TimeSource, Well, WellError,
+};
 
 /// The example of the README compiles.
 #[cfg(doctest)]

@@ -161,6 +161,11 @@ impl Well {
         self.geometry.pump_inlet_depth_m - head
     }
 
+    /// Inlet pressure, Pa absolute, under mud that stands at a level, m below the rotary table (Eq. 4.1).
+    pub fn inlet_pressure_pa(&self, level_m: f64) -> f64 {
+        STANDARD_ATMOSPHERE_PA + self.weight_pa_m() * (self.geometry.pump_inlet_depth_m - level_m)
+    }
+
     /// Pump head ΔH, m of mud, from the pressures at its two sides, Pa (Eq. 2.27).
     pub fn head_m(&self, inlet_pressure_pa: f64, outlet_pressure_pa: f64) -> f64 {
         (outlet_pressure_pa - inlet_pressure_pa) / self.weight_pa_m()
@@ -226,15 +231,15 @@ impl ChannelMap {
         }
         for (channel, source) in self.sources() {
             let expected = channel.dimension();
+            let mut units = source.columns().map(|(_, unit)| unit);
+            if let Some(unit) = units.find(|unit| unit.dimension != expected) {
+                return Err(ChannelError::Unit {
+                    channel,
+                    unit,
+                    expected,
+                });
+            }
             let (name, found) = match source {
-                ChannelSource::Column { unit, .. } if unit.dimension != expected => {
-                    let unit = *unit;
-                    return Err(ChannelError::Unit {
-                        channel,
-                        unit,
-                        expected,
-                    });
-                }
                 ChannelSource::Column { late_s, .. } => ("late_s", *late_s),
                 ChannelSource::Constant { si } => ("si", *si),
             };
@@ -249,12 +254,12 @@ impl ChannelMap {
         Ok(())
     }
 
-    /// The channels that are columns of the file, each with its tag, in the order of [`Recording::series`](crate::Recording::series).
+    /// The channels that are columns of the file, each with its tag, in the order of [`Recording::series`](crate::Recording::series); one that is the sum of
+    /// several comes as often.
     pub fn tags(&self) -> Vec<(Channel, &str)> {
-        let tagged = self.sources().filter_map(|(channel, source)| match source {
-            ChannelSource::Column { tag, .. } => Some((channel, tag.as_str())),
-            ChannelSource::Constant { .. } => None,
-        });
+        let tagged = self
+            .sources()
+            .flat_map(|(channel, source)| source.columns().map(move |(tag, _)| (channel, tag)));
         tagged.collect()
     }
 
@@ -312,12 +317,23 @@ pub enum ChannelSource {
         /// Seconds by which its stamps are late: a sample at t tells of t - `late_s`, as where its logger's clock is
         /// ahead of the others'; below 0 if they are early, 0 on the clock of the file.
         late_s: f64,
+        /// Columns that are added to it, as those of further mud pumps; late by as much.
+        added: Vec<Added>,
     },
     /// No transmitter: this SI value throughout.
     Constant {
         /// The value, SI.
         si: f64,
     },
+}
+
+/// A column that is added to another one, in its own unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Added {
+    /// Its name in the file.
+    pub tag: String,
+    /// Its unit.
+    pub unit: Unit,
 }
 
 impl ChannelSource {
@@ -327,7 +343,22 @@ impl ChannelSource {
             tag: tag.into(),
             unit,
             late_s: 0.0,
+            added: Vec::new(),
         }
+    }
+
+    /// The columns that make it, each with its unit; none of a constant.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (&str, Unit)> {
+        let all = match self {
+            Self::Column {
+                tag, unit, added, ..
+            } => Some((tag, unit, added)),
+            Self::Constant { .. } => None,
+        };
+        all.into_iter().flat_map(|(tag, unit, added)| {
+            let added = added.iter().map(|one| (one.tag.as_str(), one.unit));
+            std::iter::once((tag.as_str(), *unit)).chain(added)
+        })
     }
 
     /// Seconds by which its stamps are late.

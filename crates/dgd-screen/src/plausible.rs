@@ -231,7 +231,7 @@ fn one_by_one<'a>(described: &State<'a>, found: &[Fault]) -> Told<'a> {
                 message: format!(
                     "{}: check {}",
                     words::fault(&state, fault),
-                    words::check_first(&state)
+                    words::check_first(&state, fault)
                 ),
             }));
             break;

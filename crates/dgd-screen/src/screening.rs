@@ -580,7 +580,7 @@ pub(crate) fn mark_runs(faults: &mut [Faults], start: usize, runs: &[Run], of: [
     }
 }
 
-fn mark(faults: &mut [Faults], range: Range<usize>, fault: Faults) {
+pub(crate) fn mark(faults: &mut [Faults], range: Range<usize>, fault: Faults) {
     for f in &mut faults[range] {
         *f |= fault;
     }

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 /// Longest time from the reading before to that after, s: what lasts may be real. Set by hand.
 const LONGEST_S: f64 = 15.0;
 
-/// Takes out readings of pressures and the return flow that those before and after, no more than 15 s apart, do not confirm: before lines are drawn from
-/// them. Of channels that are [read apart](Recording::read_apart). Gives how many of each channel went.
+/// Removes readings of pressures and the return flow that neither the one before nor the one after, no more than 15 s apart, confirms: so that no lines are
+/// drawn from them. Of channels that are [read apart](Recording::read_apart). Gives how many of each channel went.
 ///
 /// [`screen`](crate::screen) finds spikes among samples that follow each other, of which such channels have hardly any. The rule is the same, from
 /// reading to reading; a twin that shows it too, as its own readings go on, confirms it.

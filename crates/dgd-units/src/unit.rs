@@ -141,6 +141,8 @@ const BARREL: f64 = 0.158_987_294_928;
 const POUND: f64 = 0.453_592_37;
 /// Pound-force, N (exact).
 const POUND_FORCE: f64 = 4.448_221_615_260_5;
+/// Standard gravity on a kilogram, N.
+const KILOGRAM_FORCE: f64 = crate::STANDARD_GRAVITY_M_S2;
 
 const fn unit(symbol: &'static str, dimension: Dimension, factor: f64) -> Unit {
     Unit {
@@ -224,11 +226,11 @@ const TABLE: &[(Unit, &[&str])] = &[
     (unit("l/s", Dimension::FlowRate, 1e-3), &["lps"]),
     (
         unit("l/min", Dimension::FlowRate, 1e-3 / 60.0),
-        &["lpm", "lmin"],
+        &["lpm", "lmin", "ltr/min", "litre/min", "liter/min"],
     ),
     (
         unit("gpm", Dimension::FlowRate, GPM),
-        &["gal/min", "usgpm", "galpermin"],
+        &["gal/min", "usgpm", "galpermin", "usgal/min", "gal/min(us)"],
     ),
     (
         unit("impgpm", Dimension::FlowRate, IMPERIAL_GALLON / 60.0),
@@ -250,6 +252,10 @@ const TABLE: &[(Unit, &[&str])] = &[
     (pressure("psi", PSI, Unstated), &["lbf/in2", "lb/in2"]),
     (pressure("ksi", 1e3 * PSI, Unstated), &["kpsi"]),
     (pressure("atm", STANDARD_ATMOSPHERE_PA, Unstated), &[]),
+    (
+        pressure("kgf/cm2", KILOGRAM_FORCE / 1e-4, Unstated),
+        &["kgf/cm^2", "kg/cm2", "kg/cm^2", "ksc"],
+    ),
     (
         pressure("Paa", 1.0, Absolute),
         &["pa(a)", "paabs", "pa(abs)"],

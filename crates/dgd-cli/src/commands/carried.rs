@@ -44,12 +44,17 @@ pub(super) fn carry_over(
 
 /// Whether a recording is one of those `known` by name, in whichever format; a name may be followed by a window.
 fn is_among(known: &[String], path: &Path) -> bool {
-    let stem = |name: &str| {
-        let file = name.split(" (").next().unwrap_or(name);
-        Path::new(file).file_stem().map(ToOwned::to_owned)
+    // A browser's second copy is `day (1).csv`: only what ends the name is a window.
+    let without_window = |name: &str| {
+        let (file, _) = name.strip_suffix(')')?.rsplit_once(" (")?;
+        Some(file.to_owned())
     };
-    let own = path.file_stem().map(ToOwned::to_owned);
-    known.iter().any(|name| stem(name) == own)
+    let Some(own) = path.file_stem() else {
+        return false;
+    };
+    let is_own = |name: &str| Path::new(name).file_stem() == Some(own);
+    let mut names = known.iter();
+    names.any(|name| is_own(name) || without_window(name).is_some_and(|name| is_own(&name)))
 }
 
 /// The effects of a model as a diagnosis of a recording with these times starts from them.
@@ -72,10 +77,20 @@ mod tests {
         let known = [
             "day_a.csv".to_owned(),
             "day_b.mat (200 to 900 s)".to_owned(),
+            "rig (1).csv".to_owned(),
+            "rig (2).csv (0 to 60 s)".to_owned(),
         ];
-        for same in ["day_a.csv", "else/day_a.mcap", "day_b.mat"] {
+        for same in [
+            "day_a.csv",
+            "else/day_a.mcap",
+            "day_b.mat",
+            "rig (1).mat",
+            "rig (2).csv",
+        ] {
             assert!(is_among(&known, Path::new(same)), "{same}");
         }
-        assert!(!is_among(&known, Path::new("day_c.csv")));
+        for other in ["day_c.csv", "rig.csv", "rig (3).csv"] {
+            assert!(!is_among(&known, Path::new(other)), "{other}");
+        }
     }
 }

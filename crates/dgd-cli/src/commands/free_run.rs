@@ -6,11 +6,10 @@ use crate::load;
 use dgd_documents::ModelDocument;
 use dgd_dynamics::integrate::{Statistics, Status};
 use dgd_dynamics::return_line::RiserBounds;
-use dgd_effects::{AugmentedModel, Inputs, Setting, find};
+use dgd_effects::{AugmentedModel, Inputs, START_S, Setting, find};
 use dgd_identify::Prepared;
 use dgd_recording::{Recording, Well};
 use dgd_replay::{Pair, Replay, ReplayError, ReplayOptions, Start, fill_gaps};
-use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
 use std::ops::Range;
 use std::path::Path;
 
@@ -61,14 +60,17 @@ fn replay(
     let setting = Setting::of(&well, recording, &prepared.inlet_pressure_pa);
     let none = |name| none(name, time, &window);
     let driven = Driven::read(recording, &window).map_err(none)?;
-    let column = Column {
-        weight_pa_m: density_kg_m3 * STANDARD_GRAVITY_M_S2,
-        foot_m: geometry.pump_inlet_depth_m,
+    let levels_m = |inlet_pa: &[f64]| inlet_pa.iter().map(|p| well.level_m(*p)).collect();
+    let heads_m = |outlet_pa: &[f64], inlet_pa: &[f64]| {
+        let both = inlet_pa.iter().zip(outlet_pa);
+        both.map(|(inlet, outlet)| well.head_m(*inlet, *outlet))
+            .collect()
     };
     let inlet = &prepared.inlet_pressure_pa[window.clone()];
     let outlet = &prepared.outlet_pressure_pa[window.clone()];
     let flow = &recording.return_flow_m3_s[window.clone()];
-    let (first, start) = start(&options.start, &column, inlet, flow).map_err(none)?;
+    let (first, start) =
+        start(&options.start, &well, prepared.step_s, inlet, flow).map_err(none)?;
     let inputs = driven.inputs(time, prepared.step_s);
     let mut ran = model
         .free_run(&setting, inputs, window.start + first..window.end, start)
@@ -80,14 +82,14 @@ fn replay(
     ] {
         series.splice(0..0, std::iter::repeat_n(f64::NAN, first));
     }
-    let level = column.levels_m(&ran.inlet_pa);
+    let level: Vec<f64> = levels_m(&ran.inlet_pa);
     let at = |reached: &dyn Fn(f64) -> bool| {
         let index = level.iter().position(|h| reached(*h));
         index.map(|i| time[window.start + i])
     };
     let bounds = RiserBounds {
         full_s: at(&|level| level <= 0.0),
-        empty_s: at(&|level| level >= column.foot_m),
+        empty_s: at(&|level| level >= geometry.pump_inlet_depth_m),
         valve_shut_s: None,
     };
     let ahead = ahead(&recording.return_flow_m3_s, &window, model, prepared.step_s);
@@ -98,12 +100,12 @@ fn replay(
     Ok(Replay {
         bounds,
         time_s: time[window.clone()].to_vec(),
-        level_m: pair(column.levels_m(inlet), level),
+        level_m: pair(levels_m(inlet), level),
         pump_flow_m3_s: pair(ahead, Vec::new()),
         return_flow_m3_s: pair(flow.to_vec(), ran.return_flow_m3_s),
         head_m: pair(
-            column.heads_m(outlet, inlet),
-            column.heads_m(&ran.outlet_pa, &ran.inlet_pa),
+            heads_m(outlet, inlet),
+            heads_m(&ran.outlet_pa, &ran.inlet_pa),
         ),
         inlet_pressure_pa: pair(inlet.to_vec(), ran.inlet_pa),
         outlet_pressure_pa: pair(outlet.to_vec(), ran.outlet_pa),
@@ -164,34 +166,12 @@ impl Driven {
     }
 }
 
-/// The mud above the pump's inlet.
-struct Column {
-    weight_pa_m: f64,
-    /// Depth of the inlet.
-    foot_m: f64,
-}
-
-impl Column {
-    fn inlet_pa(&self, level_m: f64) -> f64 {
-        STANDARD_ATMOSPHERE_PA + self.weight_pa_m * (self.foot_m - level_m)
-    }
-
-    fn levels_m(&self, inlet_pa: &[f64]) -> Vec<f64> {
-        let above = inlet_pa.iter().map(|p| p - STANDARD_ATMOSPHERE_PA);
-        above.map(|p| self.foot_m - p / self.weight_pa_m).collect()
-    }
-
-    fn heads_m(&self, outlet_pa: &[f64], inlet_pa: &[f64]) -> Vec<f64> {
-        let both = outlet_pa.iter().zip(inlet_pa);
-        both.map(|(o, i)| (o - i) / self.weight_pa_m).collect()
-    }
-}
-
 /// The first sample at which level and flow are given or measured, with the inlet pressure and the flow there; `Err` names the channel
 /// that has none.
 fn start(
     given: &Start,
-    column: &Column,
+    well: &Well,
+    step_s: f64,
     inlet: &[f64],
     flow: &[f64],
 ) -> Result<(usize, (f64, f64)), &'static str> {
@@ -207,20 +187,21 @@ fn start(
         }
     })?;
     let start_inlet = match given.level_m {
-        Some(level) => column.inlet_pa(level),
-        None => start_of(&inlet[first..]),
+        Some(level) => well.inlet_pressure_pa(level),
+        None => start_of(&inlet[first..], step_s),
     };
     let start_flow = match given.flow_m3_s {
         Some(flow) => flow,
-        None => start_of(&flow[first..]).max(0.0),
+        None => start_of(&flow[first..], step_s).max(0.0),
     };
     Ok((first, (start_inlet, start_flow)))
 }
 
-/// Mean of the first few samples, as a diagnosis starts its free runs: one alone would start the run on its noise.
-fn start_of(values: &[f64]) -> f64 {
-    const FEW: usize = 5;
-    let few = values.iter().take(FEW).filter(|v| v.is_finite());
+/// Mean of the first seconds, as a diagnosis starts its free runs: one sample alone would start the run on its noise.
+fn start_of(values: &[f64], step_s: f64) -> f64 {
+    let within = |(i, _): &(usize, &f64)| *i == 0 || (*i as f64) * step_s < START_S;
+    let few = values.iter().enumerate().take_while(within);
+    let few = few.map(|(_, v)| v).filter(|v| v.is_finite());
     few.clone().sum::<f64>() / few.count() as f64
 }
 

@@ -14,7 +14,7 @@ use dgd_assembly::{
 };
 use dgd_documents::{SystemDocument, read_system, return_line_system};
 use dgd_export::{MatValue, write_mat5_values};
-use dgd_units::{Dimension, Unit, split_number};
+use dgd_units::{Dimension, STANDARD_ATMOSPHERE_PA, Unit, split_number};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
@@ -261,7 +261,7 @@ fn initial(assembly: &Assembly, theta: &[f64], state: &str) -> f64 {
         Some(Initial::Written(text)) => parse(assembly, state, text).unwrap_or(0.0),
         Some(Initial::Free(bounds)) => bounds.start,
         // A pressure of nothing is no guess.
-        _ if state.ends_with(".pressure") => 101_325.0,
+        _ if state.ends_with(".pressure") => STANDARD_ATMOSPHERE_PA,
         _ => 0.0,
     }
 }

@@ -31,6 +31,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Fail
             help: Some("name the parameters in question under [free], with their bounds".into()),
         });
     }
+    let profiled = profiles::paths(assembly, &arguments.profile);
+    let profiled = profiled.map_err(|e| failed(path, recording, &e))?;
     let recorded = columns::read(recording, path, assembly, &progress)?;
     let files = ["json", "csv", "html"].map(|e| arguments.out.join(format!("sensitivities.{e}")));
     files.iter().try_for_each(|file| output::check(file))?;
@@ -57,11 +59,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<String, Fail
         }
     }
     let found = identifiability(&moved).map_err(|e| failed(path, recording, &e))?;
-    let asked = &arguments.profile;
-    if !asked.is_empty() {
-        progress.stage("profiling", &asked.join(", "));
+    if !profiled.is_empty() {
+        progress.stage("profiling", &arguments.profile.join(", "));
     }
-    let profiles = profiles::of(assembly, &theta, &recorded.train, asked)
+    let profiles = profiles::of(assembly, &theta, &recorded.train, &profiled)
         .map_err(|e| failed(path, recording, &e))?;
     progress.stage("writing", &arguments.out.display().to_string());
     let title = system::title(assembly, path);

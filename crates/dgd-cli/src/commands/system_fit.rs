@@ -408,18 +408,14 @@ fn tell_into(text: &mut String, done: &Done<'_>, files: &Files) -> std::fmt::Res
     writeln!(text)?;
     let mut table = TextTable::new(["parameter", "estimate", "95 % from", "to", "unit", "note"]);
     for p in &done.fitted.parameters {
-        let measure = Measure::of(done.assembly.system(), &p.path);
-        let bounds = bounds(done.assembly, &p.path);
-        let ci95 = measure.ends(page::interval(p, bounds));
-        let (value, bounds) = (measure.shown(p.value), measure.ends(bounds));
-        let told = page::Told::of(value, p.at_bound, ci95, bounds);
+        let told = page::Told::of_fitted(done.assembly, p);
         let [from, to] = told.ends.unwrap_or_default();
         table.row([
             p.path.clone(),
             told.value,
             from,
             to,
-            measure.symbol,
+            Measure::of(done.assembly.system(), &p.path).symbol,
             told.note.into(),
         ]);
     }

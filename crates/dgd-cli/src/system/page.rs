@@ -2,7 +2,7 @@
 
 use super::measure::Measure;
 use super::runs::{self, Run};
-use super::{Gauge, gauges};
+use super::{Gauge, bounds, gauges};
 use crate::say::{self, brief, count, number};
 use dgd_assembly::{Assembly, Identifiability};
 use dgd_documents::FittedParameter;
@@ -42,6 +42,19 @@ pub(crate) struct Told {
 }
 
 impl Told {
+    /// Of a fitted parameter, in the unit that people read it in.
+    pub(crate) fn of_fitted(assembly: &Assembly, p: &FittedParameter) -> Self {
+        let measure = Measure::of(assembly.system(), &p.path);
+        let bounds = bounds(assembly, &p.path);
+        let ci95 = measure.ends(interval(p, bounds));
+        Self::of(
+            measure.shown(p.value),
+            p.at_bound,
+            ci95,
+            measure.ends(bounds),
+        )
+    }
+
     /// `bounds` are those that the value was sought within.
     pub(crate) fn of(value: f64, at_bound: bool, ci95: (f64, f64), bounds: (f64, f64)) -> Self {
         let unseen = !(ci95.0 > bounds.0 || ci95.1 < bounds.1);
@@ -387,7 +400,7 @@ pub(crate) fn identifiable(page: &mut Page, found: &Identifiability) -> Result<(
     Ok(())
 }
 
-/// `3 of 4 directions are told; collinearity index 12.`
+/// `Of 4 parameters only 3 combinations change the readings (collinearity index 12; …).`
 pub(crate) fn rank_sentence(found: &Identifiability) -> String {
     let (rank, all) = (found.rank, found.parameters.len());
     let told = match all {
@@ -409,7 +422,7 @@ pub(crate) fn rank_sentence(found: &Identifiability) -> String {
     told + &apart
 }
 
-/// `not told: 0.71 a − 0.70 b`
+/// `not determined: 0.71 a − 0.70 b`
 pub(crate) fn near_null_sentence(direction: &dgd_assembly::NearNull) -> String {
     // Where the rank leaves off.
     const NOTHING: f64 = 1e-10;

@@ -47,7 +47,7 @@ fn evidence<'a>(named: impl Iterator<Item = &'a Named>) -> f64 {
 
 /// Whether among the effects is a correction of the same place along the same quantity, with a curve that is not nothing.
 fn holds(effects: &[AppliedEffect], named: &Named) -> bool {
-    let id = named.applied.effect.about().id;
+    let id = named.applied.id();
     named.applied.curve().is_some_and(|own| {
         let theirs = effects.iter().filter(|e| e.id == id);
         let mut curves = theirs.filter_map(|e| Curve::read(&e.parameters));
@@ -116,7 +116,7 @@ mod tests {
         };
         assert!(one.applied.is_correction() && one.probability > 0.5);
         let holds = AppliedEffect {
-            id: one.applied.effect.about().id.to_owned(),
+            id: one.applied.id().to_owned(),
             parameters: one.applied.parameters.clone(),
         };
         let check =

@@ -24,7 +24,7 @@ impl Archived {
 
     /// Whether what was left out can make up an effect: where flows and pressures lie on lines, any.
     pub(super) fn speaks_against(self, named: &Named) -> bool {
-        let id = named.applied.effect.about().id;
+        let id = named.applied.id();
         self.pressures && (self.flows || TO_AND_FRO.contains(&id))
             || self.speed && OF_THE_HEAD.contains(&id)
     }

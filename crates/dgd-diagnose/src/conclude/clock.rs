@@ -111,7 +111,7 @@ pub(super) fn own_clock_of(
             return Some(OwnClock {
                 late,
                 saves,
-                beside: beside.map(|(_, n)| n.applied.effect.about().id).collect(),
+                beside: beside.map(|(_, n)| n.applied.id()).collect(),
             });
         }
     }
@@ -211,7 +211,7 @@ impl Late {
 impl OwnClock {
     /// Whether it makes a cause less likely.
     pub(super) fn speaks_against(&self, named: &Named) -> bool {
-        let id = named.applied.effect.about().id;
+        let id = named.applied.id();
         in_balance(named) && !self.beside.contains(&id)
     }
 
@@ -304,12 +304,7 @@ mod tests {
         // The flows of this drilling move all the time, by which flows that may be late would be allowed anything.
         kick.without = vec![Step::LateFlows];
         let (found, clock) = searched(&kick);
-        assert!(
-            found
-                .named
-                .iter()
-                .any(|n| n.applied.effect.about().id == "influx")
-        );
+        assert!(found.named.iter().any(|n| n.applied.id() == "influx"));
         assert_eq!(clock, None);
         let late = read_earlier(&kick, Channels::Inflows, -30.0);
         let clock = searched(&late).1.unwrap();
@@ -327,9 +322,7 @@ mod tests {
         kick.without = vec![Step::LateFlows];
         let late = read_earlier(&kick, Channels::Inflows, -60.0);
         let (found, clock) = searched(&late);
-        let ids = |named: &[Named]| -> Vec<&str> {
-            named.iter().map(|n| n.applied.effect.about().id).collect()
-        };
+        let ids = |named: &[Named]| -> Vec<&str> { named.iter().map(|n| n.applied.id()).collect() };
         assert_eq!(ids(&found.named), ["influx", "unknown"]);
         let clock = clock.unwrap();
         assert!((clock.late.by_s - 60.0).abs() <= 4.0, "{clock:?}");

@@ -88,16 +88,16 @@ impl Models {
         let mut check = None;
         // An empirical correction can make the free run unstable: on the training stretches that shows, and it is left out.
         if named.iter().any(|n| n.applied.is_correction())
-            && gained(&simulation) > 0.0
+            && ln_error_ratio(&simulation) > 0.0
             && let Some(plain) = self.without_corrections(record, named.len())
         {
             let other = run(&plain)?;
             debug!(
                 "relative error of free runs on the training stretches: {:.2} with the correction, {:.2} without it",
-                gained(&simulation),
-                gained(&other)
+                ln_error_ratio(&simulation),
+                ln_error_ratio(&other)
             );
-            if gained(&other) < gained(&simulation) {
+            if ln_error_ratio(&other) < ln_error_ratio(&simulation) {
                 check = Some(unstable(named, sought, record.setting.span_s));
                 (self.after, simulation) = (plain, other);
             }
@@ -137,8 +137,8 @@ fn blocks_within(record: &Record, windows: &[(f64, f64)]) -> Vec<bool> {
         .collect()
 }
 
-/// What the errors of free runs on the training stretches come to with what was found: the sum of the logarithms of their ratios.
-fn gained(simulation: &Simulation) -> f64 {
+/// Errors of free runs on the training stretches with what was found, over those without: the sum of their logarithms, above 0 where the runs got worse.
+fn ln_error_ratio(simulation: &Simulation) -> f64 {
     (errors(simulation, Part::Training).into_iter().flatten())
         .map(|errors| errors.left().ln())
         .filter(|v| v.is_finite())

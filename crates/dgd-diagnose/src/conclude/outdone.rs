@@ -35,8 +35,8 @@ pub(super) fn doubt_outdone(
         return;
     };
     for suspect in named {
-        let id = suspect.applied.effect.about().id;
-        let is_named = any.named.iter().any(|n| n.applied.effect.about().id == id);
+        let id = suspect.applied.id();
+        let is_named = any.named.iter().any(|n| n.applied.id() == id);
         if is_named || round.shows_beside(id) {
             continue;
         }
@@ -65,7 +65,7 @@ fn outdoes(findings: &[Named], suspect: &Named) -> Option<(&'static str, f64)> {
             .then(there(a).cmp(&there(b)))
             .then(a.evidence.total_cmp(&b.evidence))
     })?;
-    Some((by.applied.effect.about().id, instead(by)))
+    Some((by.applied.id(), instead(by)))
 }
 
 #[cfg(test)]

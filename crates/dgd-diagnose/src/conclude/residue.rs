@@ -99,7 +99,7 @@ pub(super) fn is_early(applied: &Applied) -> bool {
 pub(super) fn early(allowances: &[Applied]) -> Option<Check> {
     let early: Vec<String> = (allowances.iter())
         .filter(|a| is_early(a))
-        .map(|a| format!("{} {} s", a.effect.about().id, a.parameters[0]))
+        .map(|a| format!("{} {} s", a.id(), a.parameters[0]))
         .collect();
     (!early.is_empty()).then(|| Check {
         name: ONE_CLOCK.into(),

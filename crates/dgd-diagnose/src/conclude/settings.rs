@@ -1,7 +1,6 @@
 //! How a diagnosis came about, for whoever repeats it.
 
 use crate::cost::Work;
-use crate::layout::BALANCE_BLOCKS;
 use crate::record::Record;
 use crate::selection::Selection;
 use crate::suction::ALLOWED_HEADS;
@@ -14,27 +13,26 @@ pub(super) fn settings(
     work: Work,
 ) -> Vec<(String, String)> {
     let seconds = record.block_s();
-    let listed = |each: Vec<String>| each.join(", ");
+    let listed = |each: Vec<String>, none: &str| match each.as_slice() {
+        [] => none.to_owned(),
+        each => each.join(", "),
+    };
     let allowed = selection.allowances.iter().filter(|a| a.allowance);
-    let allowed = allowed.map(|a| format!("{} {} s", a.effect.about().id, a.parameters[0]));
+    let allowed = allowed.map(|a| format!("{} {} s", a.id(), a.parameters[0]));
     let seldom = (record.seldom.iter())
         .map(|(channel, every_s)| format!("{channel} every {} s", (10.0 * every_s).round() / 10.0));
     [
         ("working clock", format!("{} s", record.dt_s)),
         ("block of relation residuals", format!("{seconds} s")),
-        ("row of the mass balance", format!("{} s", seconds * BALANCE_BLOCKS as f64)),
+        ("row of the mass balance", format!("{} s", record.row_s())),
         (
             "held out",
             format!("{} windows of {:.0} s", windows.len(), windows.first().map_or(0.0, |w| w.1 - w.0)),
         ),
-        ("timing allowed for", listed(allowed.collect())),
+        ("timing allowed for", listed(allowed.collect(), "nothing")),
         (
             "on straight lines between readings",
-            if record.seldom.is_empty() {
-                "no channel".into()
-            } else {
-                listed(seldom.collect())
-            },
+            listed(seldom.collect(), "no channel"),
         ),
         (
             "suction loss",

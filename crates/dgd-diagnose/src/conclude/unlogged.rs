@@ -4,23 +4,24 @@ use super::clock::in_balance;
 use crate::diagnosis::Finding;
 use crate::record::Record;
 use crate::selection::Named;
-use dgd_effects::Place;
+use dgd_effects::{PUMPED_M3_S, Place};
 use dgd_recording::{Channel, ChannelMap, ChannelSource, STANDING_M3_S};
 
 /// Share by which strokes and meters may be off together; one of a liner or a gallon may be off by more. Set by hand.
 const GAIN: f64 = 0.15;
-/// Rate of a pump rather than of a kick, m³/s. Set by hand.
-const PUMPED_M3_S: f64 = 0.01;
 
 /// Share of the recording that an influx acts in from which on it does not come and go. Set by hand.
 const MOSTLY: f64 = 0.6;
 
-/// A pump whose flow reads 0 throughout.
+/// A pump whose flow reads 0 throughout, or is described as 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Unlogged(Channel);
+pub(super) struct Unlogged {
+    channel: Channel,
+    metered: bool,
+}
 
 impl Unlogged {
-    /// The first of mud pump and booster whose meter never shows a flow; of a constant in the description somebody has thought.
+    /// The first of mud pump and booster whose meter never shows a flow, or that has none: `0 gpm` is what is written where a tag is not known.
     pub(super) fn in_record(record: &Record, channels: &ChannelMap) -> Option<Self> {
         let pumps = [
             (
@@ -34,27 +35,30 @@ impl Unlogged {
                 &record.filled.booster,
             ),
         ];
-        let mut idle = pumps.into_iter().filter(|(_, source, flow)| {
-            let metered = matches!(source, ChannelSource::Column { .. });
-            metered && flow.iter().all(|q| q.abs() <= STANDING_M3_S)
-        });
-        idle.next().map(|(channel, ..)| Self(channel))
+        let mut idle = pumps
+            .into_iter()
+            .filter(|(.., flow)| flow.iter().all(|q| q.abs() <= STANDING_M3_S));
+        idle.next().map(|(channel, source, _)| Self {
+            channel,
+            metered: matches!(source, ChannelSource::Column { .. }),
+        })
     }
 
-    /// Whether it may be what a cause is taken for: all along more comes back than is logged as pumped in. A kick comes and goes.
-    pub(super) fn may_be(record: &Record, named: &Named) -> bool {
-        let strength = named
-            .applied
-            .parameters
-            .first()
-            .copied()
-            .unwrap_or_default();
+    /// Whether it may be what a cause is taken for: all along more comes back than is logged as pumped in. A kick comes and goes, but once.
+    pub(super) fn may_be_any(record: &Record, named: &[Named]) -> bool {
+        let is_pumped = |n: &&Named| n.applied.id() == "influx" && strength(n) >= PUMPED_M3_S;
+        let several = named.iter().filter(is_pumped).count() > 1;
+        several || named.iter().any(|n| Self::may_be(record, n))
+    }
+
+    fn may_be(record: &Record, named: &Named) -> bool {
+        let strength = strength(named);
         let acts_s = || {
             record
                 .told
                 .between_s(named.applied.interval_s(record.setting.span_s))
         };
-        match named.applied.effect.about().id {
+        match named.applied.id() {
             "return_flow_gain" => strength > GAIN,
             "inflow_gain" => strength < -GAIN,
             "influx" => strength >= PUMPED_M3_S && acts_s() > MOSTLY * record.told_s(),
@@ -76,15 +80,30 @@ impl Unlogged {
     /// That it may be so, and what to do then.
     pub(super) fn warning(self) -> String {
         format!(
-            "is a pump not logged? {}, and more comes back all along than is logged as pumped in. If it ran, give its flow another column in the \
+            "is a pump not logged? {}, and more comes back all along than is logged as pumped in. If it ran, give its flow {} in the \
              well description",
-            self.told()
+            self.told(),
+            if self.metered {
+                "another column"
+            } else {
+                "its column"
+            }
         )
     }
 
     fn told(self) -> String {
-        format!("`{}` reads 0 throughout", self.0.name())
+        let is = if self.metered {
+            "reads 0 throughout"
+        } else {
+            "is described as 0"
+        };
+        format!("`{}` {is}", self.channel.name())
     }
+}
+
+fn strength(named: &Named) -> f64 {
+    let strength = named.applied.parameters.first();
+    strength.copied().unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -112,10 +131,20 @@ mod tests {
         let mut record = steady(10);
         assert_eq!(idle(&record), None);
         record.filled.booster.fill(0.0);
-        assert_eq!(idle(&record), Some(Unlogged(Channel::BoosterFlow)));
+        let booster = |metered| Unlogged {
+            channel: Channel::BoosterFlow,
+            metered,
+        };
+        assert_eq!(idle(&record), Some(booster(true)));
         let mut well = recorded(&record, 0.0).0;
         well.channels.booster_flow = ChannelSource::Constant { si: 0.0 };
-        assert_eq!(Unlogged::in_record(&record, &well.channels), None);
+        let described = Unlogged::in_record(&record, &well.channels);
+        assert_eq!(described, Some(booster(false)));
+        let warning = described.unwrap().warning();
+        assert!(
+            warning.contains("`booster_flow` is described as 0") && warning.contains("its column"),
+            "{warning}"
+        );
         record.filled.booster[7] = 0.02;
         assert_eq!(idle(&record), None);
     }
@@ -141,12 +170,21 @@ mod tests {
                 may_be,
                 "{id} {parameters:?}"
             );
+            assert_eq!(Unlogged::may_be_any(&record, &[one]), may_be);
         }
+        // It is pumped now and then.
+        let kick = |rate: f64, from: f64| named("influx", &[rate, from * all, 0.2 * all, 0.1]);
+        let any = |named: &[Named]| Unlogged::may_be_any(&record, named);
+        assert!(any(&[kick(0.015, 0.1), kick(0.014, 0.6)]));
+        assert!(!any(&[kick(0.015, 0.1), kick(0.004, 0.6)]));
     }
 
     #[test]
     fn it_is_told_of_what_it_upsets_and_of_more_that_flows_in_beside_what_is_told_already() {
-        let pump = Unlogged(Channel::BoosterFlow);
+        let pump = Unlogged {
+            channel: Channel::BoosterFlow,
+            metered: true,
+        };
         let told = |named: &Named, upset: bool, before: Option<&str>| {
             let mut finding = found("influx", 0.9);
             finding.same_as = before.map(str::to_owned);

@@ -6,7 +6,7 @@ use dgd_effects::AppliedEffect;
 
 /// Whether the model that was trained without the held-out windows gives a cause no size.
 pub(super) fn is_untrained(named: &Named, trained: &[AppliedEffect]) -> bool {
-    let id = named.applied.effect.about().id;
+    let id = named.applied.id();
     let without_size =
         |e: &AppliedEffect| e.id == id && e.parameters.first().is_some_and(|size| *size == 0.0);
     !named.applied.is_correction() && !named.has_no_size() && trained.iter().any(without_size)
@@ -16,7 +16,7 @@ pub(super) fn is_untrained(named: &Named, trained: &[AppliedEffect]) -> bool {
 pub(super) fn check(named: &[Named], trained: &[AppliedEffect]) -> Option<Check> {
     let ids: Vec<&str> = (named.iter())
         .filter(|n| is_untrained(n, trained))
-        .map(|n| n.applied.effect.about().id)
+        .map(|n| n.applied.id())
         .collect();
     (!ids.is_empty()).then(|| Check {
         name: "each cause shows outside the held-out windows too".into(),

@@ -84,8 +84,8 @@ pub(super) fn retime(
         let places = (c.best.evidence - c.evidence).max(0.0);
         c.evidence -= own;
         c.formed -= own;
-        let id = c.effect.about().id;
-        let forms = timed.iter().filter(|of| of.0.effect.about().id == id);
+        let id = c.id();
+        let forms = timed.iter().filter(|of| of.0.id() == id);
         let forms = forms.map(|(one, evidence)| (one, *evidence, places + price(one)));
         let best = forms.max_by(|a, b| (a.1 - a.2).total_cmp(&(b.1 - b.2)));
         let Some((one, evidence, paid)) = best else {
@@ -131,7 +131,7 @@ mod tests {
     use dgd_effects::find;
 
     fn of<'c>(contenders: &'c mut [Contender], id: &str) -> &'c mut Contender {
-        let it = |c: &&mut Contender| c.effect.about().id == id;
+        let it = |c: &&mut Contender| c.id() == id;
         contenders.iter_mut().find(it).unwrap()
     }
 

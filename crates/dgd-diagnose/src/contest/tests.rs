@@ -70,7 +70,7 @@ fn only_what_comes_and_goes_is_sought_again_and_only_at_other_times() {
     let state = [one("influx", &[3e-3, from, lasts, rise])];
     let contenders = contest(&record, &tangent_at(&record, &state), &state);
     let second = &contenders[0];
-    assert_eq!(second.effect.about().id, "influx");
+    assert_eq!(second.id(), "influx");
     assert!(
         second.evidence > hurdle(&record, &second.best.applied),
         "{}",
@@ -387,7 +387,7 @@ fn contenders_are_all_that_are_not_held_each_once_and_best_first() {
     });
     let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
     let found = contest(&record, &gate, &[]);
-    assert_eq!(found[0].effect.about().id, "influx");
+    assert_eq!(found[0].id(), "influx");
     let truth = one("influx", &[3e-3, from, lasts, rise]);
     let truth = weigh(&record, &gate, &[], truth).evidence;
     // Of a grid's onsets none is its own, and it pays for all of them; nothing else comes near it.
@@ -396,11 +396,7 @@ fn contenders_are_all_that_are_not_held_each_once_and_best_first() {
         assert!(pair[0].evidence >= pair[1].evidence);
     }
     for c in &found {
-        assert!(
-            c.evidence <= c.best.evidence + 1e-9,
-            "{}",
-            c.effect.about().id
-        );
+        assert!(c.evidence <= c.best.evidence + 1e-9, "{}", c.id());
         let hurdle = c.effect.about().search.belief.hurdle;
         let sustained = sustained(&record, &[], &c.best, &gate.rows.still);
         assert!(c.evidence <= hurdle || sustained.is_none_or(|s| c.evidence <= s));
@@ -416,7 +412,7 @@ fn contenders_are_all_that_are_not_held_each_once_and_best_first() {
     );
     assert!(own > 3.0 && (own - gain).abs() < 1e-9, "{own} {gain}");
     let ids = |found: &[Contender]| {
-        let mut ids: Vec<&str> = found.iter().map(|c| c.effect.about().id).collect();
+        let mut ids: Vec<&str> = found.iter().map(|c| c.id()).collect();
         ids.sort_unstable();
         ids
     };
@@ -456,7 +452,7 @@ fn a_contender_is_settled_before_it_is_told() {
     gate.off = gate.signature(&record, std::slice::from_ref(&truth));
     let found = contest(&record, &gate, &[]);
     let viscosity = (found.iter())
-        .find(|c| c.effect.about().id == "viscosity_drift")
+        .find(|c| c.id() == "viscosity_drift")
         .unwrap();
     assert!((solved(&viscosity.best).parameters[0] - change).abs() < 1e-9);
 }
@@ -474,9 +470,7 @@ fn what_a_pump_loses_is_told_as_it_is_where_the_head_does_not_lean() {
     let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
     let free = Tangent::at(&record, &[], &[], Bend::Stiff).unwrap();
     let found = contest(&record, &gate, &[]);
-    let gas = (found.iter())
-        .find(|c| c.effect.about().id == "gas_in_pump")
-        .unwrap();
+    let gas = (found.iter()).find(|c| c.id() == "gas_in_pump").unwrap();
     let p = &gas.best.applied.parameters;
     assert!(
         (p[1] - 1800.0).abs() < 60.0 && (p[1] + p[2] - 3600.0).abs() < 60.0,

@@ -122,8 +122,7 @@ fn outlasts_once(record: &Record, tangent: &Tangent, signature: &[f64]) -> bool 
     /// E-folds. Set by hand.
     const MORE: f64 = 3.0;
     let rows = tangent.layout.rows(Section::Balance);
-    let row_s = record.block_s() * Section::Balance.blocks_per_row() as f64;
-    let once = whole(BUSIEST_S / row_s).max(1);
+    let once = whole(BUSIEST_S / record.row_s()).max(1);
     let told: Vec<(f64, f64)> = (signature[rows.clone()].iter().zip(&tangent.off[rows]))
         .map(|(s, off)| (s * off, s * s))
         .collect();

@@ -36,8 +36,8 @@ const SUSPECTS: [Suspect; 6] = [
     suspect(Place::Suction, 1.0),
 ];
 
-/// Share of what parts the two that the relations find in the place where it sits. Of two alike, of which the other would have it with
-/// the other sign, a part of it tells: the slowest of it may be wander.
+/// Share of what parts the two transmitters that the relations must find in the one where it sits. Of a redundant pair less is enough: either may be the
+/// one at fault, with the other sign, and the slowest part of the difference may be wander.
 const SITS: Range<f64> = 0.5..1.5;
 const SITS_IN_ONE: Range<f64> = 0.25..1.5;
 

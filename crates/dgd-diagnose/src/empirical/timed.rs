@@ -130,10 +130,10 @@ pub(crate) fn episode_like(
     it.then_some((found, less))
 }
 
-/// What an episode beside a state leaves over more than what is `with` that instead, e-folds.
+/// By how much the misfit of an episode beside a state exceeds that of the rival explanation, the state `with`, e-folds.
 ///
-/// What either explains is not on one scale: an instrument that shifts may be one that wanders, where mud of another weight may not, and what is not
-/// yet in place counts as noise. Both are fitted beside the noise that is left with the other one in place.
+/// The evidence of the two is not on one scale: each is judged by the noise that is left without it, part of which is the other's effect, and a shift of an
+/// instrument may pass for its wander. So each misfit is whitened by the noise that is left with the other in place.
 fn leaves_more(
     record: &Record,
     state: &[Applied],

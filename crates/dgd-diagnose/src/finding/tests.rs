@@ -390,6 +390,11 @@ fn the_region_is_where_all_but_a_tenth_of_the_samples_lie_while_it_acts() {
     assert_eq!(region(&record, wear, (20.5, 21.5)), "pump at rest");
     record.speed[..100].fill(4.0);
     record.flow[100..200].fill(9e-4);
+    assert_eq!(
+        region(&record, wear, (0.0, 100.0)),
+        "no reading of return flow and pump speed together"
+    );
+    record.filled.pumping[..200].fill(false);
     assert_eq!(region(&record, wear, (0.0, 100.0)), "pump at rest");
     assert_eq!(region(&record, wear, (200.0, 390.0)), "pump at rest");
 }

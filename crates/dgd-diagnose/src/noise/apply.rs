@@ -45,10 +45,10 @@ impl Whitening {
             if section == Section::Head {
                 let own: Vec<f64> = (first.saturating_sub(2)..n.min(last + 3))
                     .map(|b| {
-                        if self.kin(b) {
+                        if self.is_coupled(b) {
                             values[b] - self.coupling * stacked[b]
                         } else {
-                            values[b] - 0.0
+                            values[b]
                         }
                     })
                     .collect();
@@ -144,7 +144,7 @@ impl Whitening {
                 let g = grad[row] * self.start[row];
                 let mut send = |j: usize, weight: f64| {
                     out[from + j] += weight * g;
-                    if section == Section::Head && self.kin(j) {
+                    if section == Section::Head && self.is_coupled(j) {
                         out[j] -= self.coupling * weight * g;
                     }
                 };

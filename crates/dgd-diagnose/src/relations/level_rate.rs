@@ -29,7 +29,7 @@ impl LevelRate {
             read,
             calm,
             averaged,
-            noise: record.setting.noise.inlet_pa / row_s(record),
+            noise: record.setting.noise.inlet_pa / record.row_s(),
         }
     }
 
@@ -68,11 +68,6 @@ fn from_edge_to_edge(record: &Record, value: impl Fn(usize) -> f64) -> Vec<f64> 
     let edges = record.t_s.len() / per_row + 1;
     let values: Vec<f64> = (0..edges).map(|k| value(k * per_row)).collect();
     (values.windows(2))
-        .map(|pair| (pair[1] - pair[0]) / row_s(record))
+        .map(|pair| (pair[1] - pair[0]) / record.row_s())
         .collect()
-}
-
-/// Length of a row, s.
-fn row_s(record: &Record) -> f64 {
-    record.dt_s * (record.per_block * BALANCE_BLOCKS) as f64
 }

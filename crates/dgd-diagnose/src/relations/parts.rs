@@ -4,7 +4,7 @@ use super::{LevelRate, LineFlow};
 use crate::layout::BALANCE_BLOCKS;
 use crate::numbers::{mean, mean_of};
 use crate::record::Record;
-use dgd_effects::Changes;
+use dgd_effects::{Changes, leaking_m3_s};
 use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// Block means before flows and speed are calmed and the line's inertia is taken out of its drop.
@@ -190,7 +190,7 @@ impl<'a> Row<'a> {
             |_, c| c.friction_factor * (1.0 + c.line_kg_m3 / rho),
         );
         lay.part(Touched::LIFT, &mut parts.lift, |i, c| {
-            outlet(i, c) - record.inlet[i] + inlet_bias(c) - c.head_pa
+            outlet(i, c) - record.inlet[i] + c.read_inlet_bias_pa() - c.head_pa
         });
         lay.part(Touched::HEAD_FACTOR, &mut parts.head_factor, |_, c| {
             c.head_factor * (1.0 + c.riser_kg_m3 / rho)
@@ -217,7 +217,7 @@ impl<'a> Row<'a> {
         } else {
             read / c.meter_gain
         };
-        outflow + c.leak_m3_s
+        outflow + leaking_m3_s(c.leak_m3_s, outflow)
     }
 
     /// What flows in less what flows out and what the riser stores, m³/s: Eq. 3.45 over the row.
@@ -246,18 +246,14 @@ impl<'a> Row<'a> {
             return f64::NAN;
         }
         let row = first / samples;
-        let drift = (inlet_bias(end) - inlet_bias(begin)) / (record.dt_s * (samples - 1) as f64);
+        let drift = (end.read_inlet_bias_pa() - begin.read_inlet_bias_pa())
+            / (record.dt_s * (samples - 1) as f64);
         // Exactly 0 for the area that the well has: then the last term is none, to the bit.
         let excess = mean_of(self.changes.iter().map(|c| c.area_factor - 1.0));
         net / counted as f64
             - per_area * (self.rates.read(row) - drift)
             - per_area * excess * self.rates.told(row, drift)
     }
-}
-
-/// What is added to the mean of the inlets, Pa.
-fn inlet_bias(c: &Changes) -> f64 {
-    0.5 * (c.inlet_bias_pa[0] + c.inlet_bias_pa[1])
 }
 
 /// Lays means of blocks into the parts of a row that are touched.

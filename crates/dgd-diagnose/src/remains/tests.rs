@@ -38,7 +38,7 @@ fn gas() -> Named {
 
 fn ids(selection: &Selection) -> Vec<&'static str> {
     let each = selection.named.iter();
-    each.map(|n| n.applied.effect.about().id).collect()
+    each.map(|n| n.applied.id()).collect()
 }
 
 #[test]

@@ -144,10 +144,7 @@ impl<'r, 'a> Beside<'r, 'a> {
         } else {
             POWER * (share / RESEMBLES).ln()
         };
-        debug!(
-            "{} leaves {left:.1} over: odds {odds:.1}",
-            self.best.effect.about().id
-        );
+        debug!("{} leaves {left:.1} over: odds {odds:.1}", self.best.id());
         if odds < NO_ODDS {
             return (odds, None);
         }

@@ -27,7 +27,7 @@ impl Round<'_> {
 
     /// A finding with the evidence and the alternatives that it has here, but for one that is known not to be the cause; `None` of a correction.
     pub(crate) fn without_rival(&self, named: &Named, rival: &str) -> Option<Named> {
-        let best = self.contender(named.applied.effect.about().id)?;
+        let best = self.contender(named.applied.id())?;
         let mut others = self.alike(best);
         others.retain(|other| other.0 != rival);
         Some(Named {
@@ -75,7 +75,7 @@ impl Round<'_> {
 
     /// Whether an effect would be within an instrument's accuracy.
     fn is_tolerated(&self, id: &str) -> bool {
-        let mut named = self.contenders.iter().filter(|c| c.effect.about().id == id);
+        let mut named = self.contenders.iter().filter(|c| c.id() == id);
         named.any(|c| !material(&solved(&c.best)))
     }
 
@@ -98,11 +98,11 @@ impl Round<'_> {
             return None;
         }
         let others = (self.contenders.iter())
-            .filter(|c| c.effect.about().id != about.id && is_late_meter(c.effect.about()));
+            .filter(|c| c.id() != about.id && is_late_meter(c.effect.about()));
         let nearest = others.max_by(|a, b| a.unblurred().total_cmp(&b.unblurred()))?;
         let apart = best.unblurred() - nearest.unblurred();
         let most = logistic(apart.max(0.0) / TEMPERATURE);
-        Some((most, nearest.effect.about().id))
+        Some((most, nearest.id()))
     }
 
     /// Effects that look like the best one, each with its weight against that, which is 1. One that may not be named itself is no likelier
@@ -113,12 +113,12 @@ impl Round<'_> {
 
     fn alike_up_to(&self, best: &Contender, most: f64) -> Vec<(String, f64)> {
         let weight = |c: &Contender| ((c.claim() - best.claim()) / best.temperature()).exp();
-        let id = best.effect.about().id;
+        let id = best.id();
         self.contenders
             .iter()
-            .filter(|c| c.effect.about().id != id && c.evidence > 0.0)
+            .filter(|c| c.id() != id && c.evidence > 0.0)
             .filter(|c| alike(&best.best, &c.best) && stands(self.record, &solved(&c.best)))
-            .map(|c| (c.effect.about().id.to_owned(), weight(c).min(most)))
+            .map(|c| (c.id().to_owned(), weight(c).min(most)))
             .collect()
     }
 
@@ -163,7 +163,7 @@ impl Round<'_> {
         let temperature = (TEMPERATURE * evidence).max(LEAST_TEMPERATURE);
         let resembling = best.map_or_else(Vec::new, |(best, odds)| {
             let mut class = self.alike(best);
-            class.push((best.effect.about().id.to_owned(), 1.0));
+            class.push((best.id().to_owned(), 1.0));
             let share = (-odds).exp() / self.class(best);
             class.iter_mut().for_each(|one| one.1 *= share);
             class
@@ -194,7 +194,7 @@ impl Round<'_> {
                 (c.curve.place.shows_in()).contains(&o.effect.about().relation)
                     && !at_bound(&solved(&o.best))
             })
-            .map(|o| (o.effect.about().id.to_owned(), weight(o)))
+            .map(|o| (o.id().to_owned(), weight(o)))
             .collect();
         let evidence = evidence.max(c.evidence);
         let real = logistic(

@@ -138,7 +138,7 @@ impl Round<'_> {
         let along = (Place::Head, Quantity::PumpSpeed);
         let curve = correction(self.record, &loose, &self.state, &[], along)?;
         let odds = (curve.claim() - c.claim()) / c.temperature();
-        debug!("{} along speed: odds {odds:.1}", c.effect.about().id);
+        debug!("{} along speed: odds {odds:.1}", c.id());
         // A rival that is drawn on stiff curves claims more there than beside this one.
         let claim = |r: &Correction| {
             let here = at_will(self.record, &loose, &self.state, r);

@@ -146,7 +146,7 @@ impl Round<'_> {
         } else {
             return true;
         };
-        debug!("{} {wanting}", c.effect.about().id);
+        debug!("{} {wanting}", c.id());
         false
     }
 

@@ -142,9 +142,7 @@ fn ended(ruling: Ruling) -> Named {
 /// Name of the effect, or the place of the correction.
 fn told(ruling: Ruling) -> String {
     match ruling {
-        Ruling::Named(n) | Ruling::Promised { named: n, .. } => {
-            n.applied.effect.about().id.to_owned()
-        }
+        Ruling::Named(n) | Ruling::Promised { named: n, .. } => n.applied.id().to_owned(),
         Ruling::Unnamed(n) | Ruling::Seen(n) => n.applied.curve().unwrap().place.name().to_owned(),
         Ruling::Nothing => "nothing".to_owned(),
     }
@@ -533,7 +531,7 @@ fn the_odds_that_an_effect_only_resembles_decide_between_it_and_a_correction() {
     let Ruling::Named(named) = ruled(-1.0, None) else {
         panic!("it is not named")
     };
-    assert_eq!(named.applied.effect.about().id, "influx");
+    assert_eq!(named.applied.id(), "influx");
     assert!((of(&named, "return_flow_gain") - 1.0).abs() < 1e-9);
     assert!((of(&named, "unknown") - 2.0 * (-1.0_f64).exp()).abs() < 1e-9);
     let unnamed = ended(ruled(1.0, None));
@@ -586,7 +584,7 @@ fn what_a_form_gains_is_its_own_as_long_as_it_holds() {
         let round = round(&record, vec![influx(110.0), bent], Vec::new());
         let (best, bent) = round.best().unwrap();
         assert!(bent.odds <= 0.0, "{}", bent.odds);
-        best.effect.about().id
+        best.id()
     };
     assert_eq!(likeliest(103.0), "influx");
     // A gain is exact: what it bends by beyond a share of its evidence it owes to something else.
@@ -899,9 +897,7 @@ fn what_a_grid_and_a_straight_line_leave_over_breaks_no_form() {
     });
     let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
     let contenders = contest(&record, &gate, &[]);
-    let influx = (contenders.iter())
-        .find(|c| c.effect.about().id == "influx")
-        .unwrap();
+    let influx = (contenders.iter()).find(|c| c.id() == "influx").unwrap();
     let round = round(&record, Vec::new(), Vec::new());
     let rough = round.form_broken(influx, influx.formed - influx.evidence);
     assert!(round.bent(influx).odds < rough.min(0.0));
@@ -943,9 +939,7 @@ fn a_form_is_asked_about_the_effect_and_not_about_curves_without_it() {
     }
     let gate = Tangent::at(&record, &[], &[], Bend::Lean).unwrap();
     let contenders = contest(&record, &gate, &[]);
-    let leak = (contenders.iter())
-        .find(|c| c.effect.about().id == "line_leak")
-        .unwrap();
+    let leak = (contenders.iter()).find(|c| c.id() == "line_leak").unwrap();
     let round = round(&record, Vec::new(), Vec::new());
     // Held against the evidence that it has beside those curves it would not hold.
     let state = round.sharpened(leak);
@@ -1057,7 +1051,7 @@ fn of_late_meters_that_are_suspected_the_likelier_is_taken() {
     for (store, taken) in [(83.0, 1), (81.0, 0)] {
         let round = round(&record, vec![delay(100.0), storage(store)], Vec::new());
         let given = round.given(&suspects).unwrap();
-        assert_eq!(given.applied.effect.about().id, suspects[taken]);
+        assert_eq!(given.applied.id(), suspects[taken]);
     }
 }
 
@@ -1106,7 +1100,7 @@ fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them
     // However much effects explain, in its relations or in others; not below its hurdle, and nothing that is drawn.
     for place in [Place::RiserReading, Place::FirstOutlet] {
         for effect in [influx as fn(f64) -> Contender, drift] {
-            let id = effect(0.0).effect.about().id;
+            let id = effect(0.0).id();
             assert_eq!(first(effect(500.0), place, 100.0, true), place.name());
             assert_eq!(first(effect(500.0), place, 5.0, true), id);
             assert_eq!(first(effect(500.0), place, 100.0, false), id);
@@ -1114,10 +1108,7 @@ fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them
     }
     // A transmitter that steps may be what parts two outlets, from seven tenths of what they show on, but no two inlets.
     let (outlet, inlet) = (Place::FirstOutlet, Place::FirstInlet);
-    assert_eq!(
-        first(step(80.0), outlet, 100.0, true),
-        step(0.0).effect.about().id
-    );
+    assert_eq!(first(step(80.0), outlet, 100.0, true), step(0.0).id());
     assert_eq!(first(step(60.0), outlet, 100.0, true), outlet.name());
     assert_eq!(first(step(500.0), inlet, 100.0, true), inlet.name());
     // What they explain of the relations as well is then held against what it claims.
@@ -1128,9 +1119,9 @@ fn what_two_transmitters_show_is_told_first_unless_an_effect_is_what_one_of_them
         told(round(&record, vec![step(evidence)], vec![rival]).ruling())
     };
     for (evidence, borne, named) in [
-        (80.0, 82.0, step(0.0).effect.about().id),
+        (80.0, 82.0, step(0.0).id()),
         (80.0, 84.0, outlet.name()),
-        (100.0, 100.0, step(0.0).effect.about().id),
+        (100.0, 100.0, step(0.0).id()),
         (100.0, 130.0, outlet.name()),
     ] {
         assert_eq!(beside(evidence, borne), named, "{evidence} {borne}");

@@ -50,9 +50,16 @@ fn robust_over<const P: usize>(
 
 /// A robust straight least-squares fit; returns the coefficients.
 fn robust<const P: usize>(rows: &[[f64; P]], y: &[f64], widths: &[f64; P]) -> [f64; P] {
+    /// Rounds of reweighting, after which the weights hardly move. Set by hand.
+    const ROUNDS: usize = 8;
+    /// Least spread, Pa: below it rows are as good as exact. Set by hand.
+    const LEAST_PA: f64 = 200.0;
+    /// Spreads from which on a row counts less (Huber), and from which on it counts hardly at all. Set by hand.
+    const HUBER: f64 = 2.0;
+    const FAR: f64 = 8.0;
     let mut weight = vec![1.0; y.len()];
     let mut beta = [0.0; P];
-    for _ in 0..8 {
+    for _ in 0..ROUNDS {
         let mut normal = SMatrix::<f64, P, P>::zeros();
         let mut right = SVector::<f64, P>::zeros();
         for ((row, y), weight) in rows.iter().zip(y).zip(&weight) {
@@ -80,12 +87,12 @@ fn robust<const P: usize>(rows: &[[f64; P]], y: &[f64], widths: &[f64; P]) -> [f
             y - row.iter().zip(&beta).map(|(v, b)| v * b).sum::<f64>()
         };
         let residual: Vec<f64> = rows.iter().zip(y).map(off).collect();
-        let scale = spread(residual.iter().copied()).max(200.0);
+        let scale = spread(residual.iter().copied()).max(LEAST_PA);
         for (w, r) in weight.iter_mut().zip(&residual) {
             let u = r.abs() / scale;
-            *w = if u < 2.0 { 1.0 } else { 2.0 / u };
-            if u > 8.0 {
-                *w *= 8.0 / u;
+            *w = if u < HUBER { 1.0 } else { HUBER / u };
+            if u > FAR {
+                *w *= FAR / u;
             }
         }
     }

@@ -34,11 +34,14 @@ impl Frame {
         excluded: &[bool],
         bend: Bend,
     ) -> Option<Self> {
+        /// Least flow, m³/s, and speed, %, that curves are scaled by: of a pump that hardly runs. Set by hand.
+        const LEAST_FLOW_M3_S: f64 = 5e-3;
+        const LEAST_SPEED_PCT: f64 = 10.0;
         let mut rows = Rows::of(record, blocks);
         exclude(&mut rows, &record.stops, excluded);
         let scale = Scale {
-            flow_m3_s: upper(&record.flow)?.max(5e-3),
-            speed_pct: upper(&record.speed)?.max(10.0),
+            flow_m3_s: upper(&record.flow)?.max(LEAST_FLOW_M3_S),
+            speed_pct: upper(&record.speed)?.max(LEAST_SPEED_PCT),
         };
         let enough = |valid: &[bool]| valid.iter().filter(|v| **v).count() >= LEAST_ROWS;
         if !enough(&rows.friction) || !enough(&rows.head) {
@@ -121,13 +124,19 @@ fn strike(rows: &mut Rows, layout: Layout, row: usize) {
     }
 }
 
-/// Rows more than 4.5 deviations off between calm neighbours, away from starts of the pump: `off` is whitened, stacked.
+/// Deviations from which on a row stands out, and up to which its neighbours are calm. Set by hand.
+const STANDS_OUT: f64 = 4.5;
+const CALM: f64 = 3.0;
+/// Blocks after a start of the pump in which its rows stand out for other reasons: a minute and a half. Set by hand.
+const STARTING: usize = 9;
+
+/// Rows more than [`STANDS_OUT`] deviations off between calm neighbours, away from starts of the pump: `off` is whitened, stacked.
 ///
 /// A row that stands out alone is a glitch: no effect of minutes looks like that.
 pub(super) fn isolated(record: &Record, layout: Layout, off: &[f64]) -> Vec<usize> {
     let m = record.per_block;
     let starting = |b: usize| {
-        let r = (b.saturating_sub(9) * m)..((b + 2) * m).min(record.filled.pumping.len());
+        let r = (b.saturating_sub(STARTING) * m)..((b + 2) * m).min(record.filled.pumping.len());
         record.filled.pumping[r].iter().any(|p| !*p)
     };
     let mut out = Vec::new();
@@ -136,11 +145,11 @@ pub(super) fn isolated(record: &Record, layout: Layout, off: &[f64]) -> Vec<usiz
         let (from, to) = (rows.start, rows.end);
         let of_the_pump = matches!(section, Section::Friction | Section::Head);
         for row in rows {
-            if off[row].abs() < 4.5 || (of_the_pump && starting(row - from)) {
+            if off[row].abs() < STANDS_OUT || (of_the_pump && starting(row - from)) {
                 continue;
             }
-            // The memory of the filter lets a glitch ring for two rows; before it all is calm.
-            let calm = |i: usize| i >= to || off[i].abs() < 3.0;
+            // The memory of the filter lets a glitch ring in the row behind it; all else about it is calm.
+            let calm = |i: usize| i >= to || off[i].abs() < CALM;
             let before = row == from || (calm(row - 1) && (row < from + 2 || calm(row - 2)));
             let after = calm(row + 2) && calm(row + 3) && calm(row + 4);
             if before && after {

@@ -31,7 +31,7 @@ pub(crate) fn allowances_with(
     let timed: Vec<&'static dyn Effect> = (catalogue().iter().copied())
         .filter(|effect| {
             let about = effect.about();
-            let held = start.iter().any(|a| a.effect.about().id == about.id);
+            let held = start.iter().any(|a| a.id() == about.id);
             let decided = decided_on.is_some() && about.search.timing == decided_on;
             !(held || decided || about.search.allowance.is_empty())
         })
@@ -42,9 +42,7 @@ pub(crate) fn allowances_with(
         let mut moved = false;
         for effect in &timed {
             let about = effect.about();
-            let now = state
-                .iter()
-                .position(|a| a.allowance && a.effect.about().id == about.id);
+            let now = state.iter().position(|a| a.allowance && a.id() == about.id);
             let one = |time_s: &f64| Applied::allowed(*effect, *time_s);
             // What a named lateness leaves over for want of form is no clock.
             let values = about.search.allowance.iter();

@@ -56,7 +56,7 @@ fn a_named_store_keeps_the_delay_of_a_sound_meter_beside_it() {
         panic!("{} beside it", beside.len());
     };
     // All of this lateness is a delay: as much of it is allowed for as may be.
-    assert_eq!(delay.effect.about().id, "return_flow_delay");
+    assert_eq!(delay.id(), "return_flow_delay");
     assert!(delay.allowance);
     assert_eq!(delay.parameters, [2.5]);
     let time_s = named[0].parameters[0];
@@ -80,7 +80,7 @@ fn a_late_meter_is_timed_beside_the_lag_of_the_pump_that_earns_its_place() {
     let timed = named[1].parameters[0];
     assert!((timed - 6.0).abs() < 0.7, "{timed}");
     let found: Vec<(&str, f64, bool)> = (beside.iter())
-        .map(|a| (a.effect.about().id, a.parameters[0], a.allowance))
+        .map(|a| (a.id(), a.parameters[0], a.allowance))
         .collect();
     let bias = ("outlet_pressure_bias", 1.0, false);
     assert_eq!(found, [bias, ("pump_speed_lag", 3.0, true)]);
@@ -202,7 +202,7 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
         first: Vec::new(),
     };
     let state: Vec<(&str, f64)> = (selection.state().iter())
-        .map(|a| (a.effect.about().id, a.parameters[0]))
+        .map(|a| (a.id(), a.parameters[0]))
         .collect();
     assert_eq!(state, [("pump_speed_lag", 2.0), ("return_flow_delay", 6.0)]);
 }

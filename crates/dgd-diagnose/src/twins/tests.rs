@@ -178,6 +178,10 @@ fn what_the_suction_is_known_to_lose_parts_no_transmitters() {
     let off = |record: &Record| {
         let found = twins(record, &[]).unwrap();
         let apart = found.residual.iter().zip(&lossless.residual);
+        for (a, b) in apart.clone() {
+            assert_eq!(a.is_finite(), b.is_finite());
+        }
+        assert!(apart.clone().any(|(a, _)| a.is_finite()));
         (apart.map(|(a, b)| (a - b).abs()))
             .filter(|v| v.is_finite())
             .fold(0.0, f64::max)

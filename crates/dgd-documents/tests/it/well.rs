@@ -293,6 +293,59 @@ fn strokes_are_read_as_a_flow_by_their_volume_and_written_back() {
 }
 
 #[test]
+fn several_mud_pumps_are_a_list_that_is_added_and_written_back() {
+    let listed = |list: &str| GOM.replace("{ tag = \"FT1\", unit = \"gpm\" }", list);
+    let two = "[{ tag = \"SPM1\", unit = \"spm\", stroke = \"15.9 L\", late = \"5 s\" }, { tag = \"FT12\", unit = \"gpm\", late = \"5 s\" }]";
+    let (well, warnings) = read_well(&listed(two)).unwrap();
+    assert!(warnings.is_empty());
+    let tags: Vec<&str> = well.channels.tags().into_iter().map(|t| t.1).collect();
+    assert_eq!(tags[..3], ["SPM1", "FT12", "FT2"]);
+    let written = write_well(&well);
+    assert_eq!(read_well(&written).unwrap().0, well);
+    let one = "[{ tag = \"FT1\", unit = \"gpm\" }]";
+    assert_eq!(read_well(&listed(one)).unwrap(), read_well(GOM).unwrap());
+    for (list, words) in [
+        ("[]", "`mud_pump_flow` lists no pump"),
+        (
+            "[{ tag = \"A\", unit = \"gpm\" }, { tag = \"B\", unit = \"gpm\", late = \"5 s\" }]",
+            "late by different times",
+        ),
+        (
+            "[{ tag = \"A\", unit = \"gpm\" }, { tag = \"B\", unit = \"psi\" }]",
+            "`psi` is a unit of pressure",
+        ),
+        (
+            "[{ tag = \"A\", unit = \"gpm\" }, \"30 gpm\"]",
+            "`mud_pump_flow` is a string",
+        ),
+    ] {
+        let told = messages(&listed(list));
+        assert!(told[0].1.contains(words), "{told:?}");
+    }
+    // Two return meters are no two flows.
+    let returns = GOM
+        .replace("return_flow = {", "return_flow = [{")
+        .replace("\"FT4\", unit = \"gpm\" }", "\"FT4\", unit = \"gpm\" }]");
+    let told = messages(&returns);
+    assert!(told[0].1.contains("`return_flow` is an array"), "{told:?}");
+}
+
+#[test]
+fn a_pump_that_a_rig_has_not_and_a_paddle_in_percent_are_told_how_to_write() {
+    let help = |source: &str| {
+        let error = read_well(source).unwrap_err();
+        error.problems[0].help.clone().unwrap_or_default()
+    };
+    let without = help(&GOM.replace("booster_flow =", "# "));
+    assert_eq!(
+        without,
+        "add a line such as `booster_flow = { tag = \"FT2\", unit = \"gpm\" }  # or \"0 gpm\" if the rig has none`"
+    );
+    let paddle = help(&GOM.replace("\"FT4\", unit = \"gpm\"", "\"FT4\", unit = \"%\""));
+    assert!(paddle.contains("calibrated first"), "{paddle}");
+}
+
+#[test]
 fn an_empty_or_absent_tag_is_told() {
     let told = messages(&GOM.replace("\"FT4\"", "\"\""));
     assert_eq!(told, [(18, "`tag` of `return_flow` is empty".to_owned())]);

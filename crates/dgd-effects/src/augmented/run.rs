@@ -1,7 +1,7 @@
 //! One window of a free run, sample by sample.
 
 use super::{AugmentedModel, FreeRun, Held, Inputs, MOST_M3_S, STANDING_PCT};
-use crate::moment::Lag;
+use crate::moment::{Lag, leaking_m3_s};
 use crate::{Action, Changes, MeterPath, Moment, Setting};
 use dgd_recording::STANDING_M3_S;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
@@ -94,9 +94,10 @@ impl State {
 
     /// Takes the errors of the readings that a run starts from out of them.
     fn correct(&mut self, c: &Changes) {
-        self.inlet_pa -= mean(c.inlet_bias_pa);
+        self.inlet_pa -= c.read_inlet_bias_pa();
         if self.flow_m3_s > STANDING_M3_S && c.meter_gain > 0.0 {
-            self.flow_m3_s = self.flow_m3_s / c.meter_gain + c.leak_m3_s;
+            let outflow = self.flow_m3_s / c.meter_gain;
+            self.flow_m3_s = outflow + leaking_m3_s(c.leak_m3_s, outflow);
         }
     }
 }
@@ -171,7 +172,7 @@ impl<'a> Line<'a> {
             let metered = (outflow - changes.leak_m3_s).max(0.0) * changes.meter_gain;
             run.return_flow_m3_s.push(meter.reads(metered));
             run.inlet_pa
-                .push(state.inlet_pa + mean(changes.inlet_bias_pa));
+                .push(state.inlet_pa + changes.read_inlet_bias_pa());
             run.outlet_pa
                 .push(state.outlet_pa + changes.read_outlet_bias_pa(self.setting.outlets));
         }
@@ -279,11 +280,6 @@ impl Meter {
         self.past.push(lagged);
         delayed(&self.past, self.path.delay_s / self.step_s)
     }
-}
-
-/// Of two transmitters.
-fn mean(pair: [f64; 2]) -> f64 {
-    0.5 * (pair[0] + pair[1])
 }
 
 /// The value some samples back, the first one before that; a meter cannot show what is to come.

@@ -65,7 +65,7 @@ impl Effect for AnnulusArea {
 
     fn same_as(&self, p: &[f64], setting: &Setting) -> Option<String> {
         /// Share by which the density of a mud that is described at all may be off.
-        const DESCRIBED: f64 = 0.1;
+        const DESCRIBED: f64 = 0.2;
         // A pressure stands for a height by the density, and for a volume by the area.
         let rho = setting.density_kg_m3;
         let off = p[0].abs() < DESCRIBED && rho.is_finite();

@@ -1,6 +1,9 @@
 //! Formation fluid that enters for a while: a kick.
 
-use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
+use crate::{
+    About, Action, Belief, Component, Effect, PUMPED_M3_S, Parameter, Relation, Role, Search,
+    Setting,
+};
 use dgd_units::Legible;
 
 /// See the module.
@@ -82,9 +85,7 @@ impl Effect for Influx {
     }
 
     fn same_as(&self, p: &[f64], _: &Setting) -> Option<String> {
-        /// Rate of a pump rather than of a kick that goes on for minutes, m³/s: a barrel every quarter of a minute.
-        const PUMPED: f64 = 0.01;
-        (p[0] >= PUMPED).then(|| {
+        (p[0] >= PUMPED_M3_S).then(|| {
             let Legible { factor, unit, .. } = Legible::of(ABOUT.parameters[0].name);
             let rate = factor * p[0];
             format!("a pump of {rate:.0} {unit} that is not logged, or logged as stopped")

@@ -29,8 +29,9 @@ static ABOUT: About = About {
         name: "bias_pa",
         meaning: "reading minus true value",
         role: Role::Amplitude,
-        low: -5e5,
-        high: 5e5,
+        // No transmitter is off by so much, but a depth or a density in the description may be.
+        low: -5e6,
+        high: 5e6,
         usual: 4e4,
         ..Parameter::BASE
     }],

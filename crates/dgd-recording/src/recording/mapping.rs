@@ -255,19 +255,42 @@ impl Columns {
                 self.units.push(None);
                 Ok(vec![*si; self.rows])
             }
-            ChannelSource::Column { tag, unit, .. } => {
-                self.units.push(Some(*unit));
-                let values = self.take(&channel.to_string(), tag, *unit)?;
-                if values.len() == self.rows {
+            ChannelSource::Column {
+                tag, unit, added, ..
+            } => {
+                let mut values = self.whole(channel, tag, *unit)?;
+                if added.is_empty() {
+                    self.units.push(Some(*unit));
                     return Ok(values);
                 }
-                Err(RecordingError::Length {
-                    tag: tag.clone(),
-                    found: values.len(),
-                    expected: self.rows,
-                })
+                self.units.push(None);
+                unit.column_to_si(&mut values);
+                for one in added {
+                    let further = self.whole(channel, &one.tag, one.unit)?;
+                    let further = further.into_iter().map(|value| one.unit.to_si(value));
+                    values.iter_mut().zip(further).for_each(|(v, f)| *v += f);
+                }
+                Ok(values)
             }
         }
+    }
+
+    /// A channel's column, which must be as long as the clock.
+    fn whole(
+        &mut self,
+        channel: Channel,
+        tag: &str,
+        unit: Unit,
+    ) -> Result<Vec<f64>, RecordingError> {
+        let values = self.take(&channel.to_string(), tag, unit)?;
+        if values.len() == self.rows {
+            return Ok(values);
+        }
+        Err(RecordingError::Length {
+            tag: tag.to_owned(),
+            found: values.len(),
+            expected: self.rows,
+        })
     }
 
     /// Redundant transmitters of one place.

@@ -1,9 +1,9 @@
 use crate::wells::{column, source, table, unit, well};
 use dgd_recording::{
-    BlockGrid, Channel, ChannelError, ChannelSource, IssueKind, Recording, RecordingError, Table,
-    TimeSource, Well, WellError,
+    Added, BlockGrid, Channel, ChannelError, ChannelSource, IssueKind, Recording, RecordingError,
+    Table, TimeSource, Well, WellError,
 };
-use dgd_units::{Dimension, STANDARD_ATMOSPHERE_PA};
+use dgd_units::{Dimension, STANDARD_ATMOSPHERE_PA, Unit};
 
 const GPM: f64 = 6.3090e-5;
 const PSI: f64 = 6894.75729;
@@ -310,6 +310,7 @@ fn a_constant_or_a_lateness_that_is_no_number_is_refused() {
             tag: "PT5".into(),
             unit: unit("psia"),
             late_s: found,
+            added: Vec::new(),
         });
         let ChannelError::NotFinite { channel, name, .. } = refusal(&odd) else {
             panic!("{}", refusal(&odd));
@@ -381,6 +382,7 @@ fn speeds(stamps: &[f64], late_s: f64) -> (Recording, Vec<dgd_recording::Issue>)
         tag: "SPM".into(),
         unit: unit("%"),
         late_s,
+        added: Vec::new(),
     };
     Recording::from_table(table, &well).unwrap()
 }
@@ -435,9 +437,78 @@ fn a_channel_with_a_clock_of_its_own_does_not_come_in_blocks() {
         tag: "PT4".into(),
         unit: unit("psia"),
         late_s: -1.0,
+        added: Vec::new(),
     };
     let channel = Channel::PumpOutletPressure(1);
     assert_eq!(well.channels.off_clock(), Some(channel));
     let refused = BlockGrid::new(&table(&[]), 10, &well).unwrap_err();
     assert_eq!(refused, RecordingError::OffClock { channel });
+}
+
+/// Two mud pumps, each with its own column and unit.
+#[test]
+fn columns_of_several_pumps_are_added_in_si() {
+    let mut well = well();
+    let mut table = table(&[0.0, 1.0, 2.0]);
+    table
+        .columns
+        .push(column("SPM2", "spm", &[60.0, f64::NAN, 30.0]));
+    let strokes = Unit::parse("spm").unwrap().in_flow_of(0.016).unwrap();
+    well.channels.mud_pump_flow = ChannelSource::Column {
+        tag: "FT1".into(),
+        unit: unit("gpm"),
+        late_s: 0.0,
+        added: vec![Added {
+            tag: "SPM2".into(),
+            unit: strokes,
+        }],
+    };
+    let mud = |table: &Table, well: &Well| {
+        let (recording, _) = Recording::from_table(table.clone(), well).unwrap();
+        recording.mud_pump_flow_m3_s
+    };
+    let sum = mud(&table, &well);
+    let one = mud(&table, &crate::wells::well());
+    assert!((sum[0] - one[0] - 0.016).abs() < 1e-12, "{sum:?}");
+    assert!(sum[1].is_nan());
+    assert!((sum[2] - one[2] - 0.008).abs() < 1e-12);
+    let tags: Vec<&str> = well.channels.tags().into_iter().map(|t| t.1).collect();
+    assert_eq!(tags[..3], ["FT1", "SPM2", "FT2"]);
+    // In blocks as well.
+    let mut grid = BlockGrid::new(&table, 3, &well).unwrap();
+    grid.add(&table);
+    while grid.next_pass().unwrap() {
+        grid.add(&table);
+    }
+    let mut blocks = Vec::new();
+    grid.each(&table, |part| {
+        blocks.extend(part.mud_pump_flow_m3_s);
+        Ok::<(), RecordingError>(())
+    })
+    .unwrap();
+    assert_eq!(blocks[0].to_bits(), sum[0].to_bits());
+    assert_eq!(blocks[2].to_bits(), sum[2].to_bits());
+    // Each must be there, a flow, and as long as the others.
+    let with = |change: &dyn Fn(&mut Added)| {
+        let mut other = well.clone();
+        if let ChannelSource::Column { added, .. } = &mut other.channels.mud_pump_flow {
+            change(&mut added[0]);
+        }
+        Recording::from_table(table.clone(), &other).unwrap_err()
+    };
+    let absent = with(&|one| one.tag = "SPM3".into());
+    assert!(
+        matches!(absent, RecordingError::NoColumn { .. }),
+        "{absent}"
+    );
+    let pressure = with(&|one| one.unit = unit("psi"));
+    assert!(pressure.to_string().contains("mud_pump_flow"), "{pressure}");
+    let twice = with(&|one| one.tag = "FT1".into());
+    assert!(
+        matches!(twice, RecordingError::SharedColumn { .. }),
+        "{twice}"
+    );
+    table.columns.last_mut().unwrap().values.pop();
+    let short = Recording::from_table(table.clone(), &well).unwrap_err();
+    assert!(matches!(short, RecordingError::Length { .. }), "{short}");
 }

@@ -3,7 +3,7 @@
 use super::ScreenedBlock;
 use super::series::Known;
 use crate::scan::scan;
-use crate::screening::{Rules, mark_runs};
+use crate::screening::{Rules, mark, mark_runs};
 use crate::speed::Readings;
 use crate::spike::{self, LONGEST, LONGEST_DROPOUT};
 use crate::{Faults, ScreenOptions};
@@ -251,11 +251,5 @@ impl Series {
         self.faults.extend_from_slice(&self.scanned[old..]);
         let faults = Rules::faults_of_runs(known.channel);
         mark_runs(&mut self.faults[old..], start + old, &known.runs, faults);
-    }
-}
-
-fn mark(faults: &mut [Faults], range: Range<usize>, fault: Faults) {
-    for f in &mut faults[range] {
-        *f |= fault;
     }
 }

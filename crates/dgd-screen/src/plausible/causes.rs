@@ -128,27 +128,36 @@ impl Cause {
             Self::Share(i) => vec![*i],
             _ => Vec::new(),
         };
-        let flow = told.iter().any(|i| state.flows().contains(i));
-        let pressure = told.iter().any(|i| state.pressures().contains(i));
-        let speed = told
-            .iter()
-            .any(|i| state.facts.told[*i].channel == Channel::PumpSpeed);
-        match fault.check {
-            Check::Column(i) | Check::Riser(i) => {
-                told.contains(&i) || matches!(self, Self::Depths(..) | Self::Density(..))
+        let of_the_rest = match fault.check {
+            Check::Column(_) | Check::Riser(_) => {
+                matches!(self, Self::Depths(..) | Self::Density(..))
             }
-            Check::Twins(a, b) => told.contains(&a) || told.contains(&b),
-            Check::Flow(i) => told.contains(&i),
             Check::Apart => matches!(self, Self::Depths(..)),
-            Check::Rise => pressure,
-            Check::Returned => flow || matches!(self, Self::Clock(..)),
-            Check::Moves => flow || matches!(self, Self::Clock(..) | Self::Riser(..)),
-            Check::Friction => flow || pressure || matches!(self, Self::Line(..)),
-            Check::Speed => speed,
-            Check::Lifts => speed || pressure,
+            Check::Returned => matches!(self, Self::Clock(..)),
+            Check::Moves => matches!(self, Self::Clock(..) | Self::Riser(..)),
+            Check::Friction => matches!(self, Self::Line(..)),
             Check::Step => matches!(self, Self::Clock(..)),
             Check::Density => matches!(self, Self::Density(..)),
-        }
+            Check::Twins(..) | Check::Flow(_) | Check::Rise | Check::Speed | Check::Lifts => false,
+        };
+        of_the_rest || told.iter().any(|i| concerns(state, fault, *i))
+    }
+}
+
+/// Whether a channel may be what a fault is about.
+fn concerns(state: &State<'_>, fault: &Fault, told: usize) -> bool {
+    let flow = || state.flows().contains(&told);
+    let pressure = || state.pressures().contains(&told);
+    let speed = || state.facts.told[told].channel == Channel::PumpSpeed;
+    match fault.check {
+        Check::Column(i) | Check::Riser(i) | Check::Flow(i) => told == i,
+        Check::Twins(a, b) => told == a || told == b,
+        Check::Rise => pressure(),
+        Check::Returned | Check::Moves => flow(),
+        Check::Friction => flow() || pressure(),
+        Check::Speed => speed(),
+        Check::Lifts => speed() || pressure(),
+        Check::Apart | Check::Step | Check::Density => false,
     }
 }
 
@@ -290,10 +299,11 @@ pub(super) fn price(before: &State<'_>, cause: &Cause) -> f64 {
     match cause {
         Cause::Share(_) => 0.05,
         Cause::Unit(told, unit) => {
-            let siblings = before.units.iter().enumerate();
+            // A channel without a transmitter has a unit that nobody chose.
+            let siblings = before.units.iter().zip(&before.facts.told).enumerate();
             let in_use = siblings
-                .filter(|(i, _)| !told.contains(i))
-                .any(|(_, u)| u.factor == unit.factor);
+                .filter(|(i, (_, sibling))| !told.contains(i) && sibling.tag.is_some())
+                .any(|(_, (u, _))| u.dimension == unit.dimension && u.factor == unit.factor);
             if in_use { 0.0 } else { 0.1 }
         }
         Cause::Clock(_, factor) => 0.05 * (factor * before.step_s()).ln().abs(),
@@ -366,10 +376,13 @@ fn causes(state: &State<'_>, found: &[Fault]) -> Vec<Cause> {
     for dimension in [Dimension::Pressure, Dimension::FlowRate] {
         causes.extend(units(state, dimension, &recorded));
     }
+    // Tags of a flow and a pressure, say, cannot be swapped without a fault of each.
+    let alike = |a: &usize, b: &usize| state.units[*a].dimension == state.units[*b].dimension;
+    let at_fault = |i: &usize| found.iter().any(|fault| concerns(state, fault, *i));
     for (n, a) in all.iter().enumerate() {
-        for b in &all[n + 1..] {
-            causes.push(Cause::Swap(vec![(*a, *b)]));
-        }
+        let others = all[n + 1..].iter();
+        let others = others.filter(|b| alike(a, b) || at_fault(a) && at_fault(b));
+        causes.extend(others.map(|b| Cause::Swap(vec![(*a, *b)])));
     }
     let (inlets, outlets) = (state.inlets(), state.outlets());
     if inlets.len() > 1 && inlets.len() == outlets.len() {

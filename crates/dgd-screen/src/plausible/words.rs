@@ -7,7 +7,7 @@ use super::facts::{median, quantile};
 use super::state::State;
 use crate::channel::is_pressure;
 use dgd_recording::Channel;
-use dgd_units::{Dimension, Unit};
+use dgd_units::{Dimension, STANDARD_GRAVITY_M_S2, Unit};
 
 /// `pump_inlet_pressure `PT1``.
 pub(super) fn named(state: &State<'_>, told: usize) -> String {
@@ -45,7 +45,7 @@ fn all_named(state: &State<'_>, told: &[usize]) -> String {
     }
 }
 
-/// Four digits at the most, thousands parted.
+/// Three digits, or all before the point, with thousands parted; beyond a thousand millions and below a ten thousandth by powers of ten.
 pub(super) fn number(value: f64) -> String {
     if !value.is_finite() || value == 0.0 {
         return format!("{value}");
@@ -134,11 +134,12 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
             bar(at(b)),
         ),
         Check::Riser(i) => format!(
-            "{}, read as {}, shows {}, which differs by {} from the pump inlet brought to its depth",
+            "{}, read as {}, shows {}, which differs by {}, as much as {} m of the mud, from the pump inlet brought to its depth",
             named(state, i),
             state.units[i],
             bar(at(i)),
             bar(fault.found.abs()),
+            number(fault.found.abs() / (STANDARD_GRAVITY_M_S2 * state.density_kg_m3)),
         ),
         Check::Flow(i) => format!(
             "{} is read as {}: {} are more than rigs pump (up to {})",
@@ -202,8 +203,10 @@ pub(super) fn fault(state: &State<'_>, fault: &Fault) -> String {
 }
 
 /// What is to be looked at first in the description.
-pub(super) fn check_first(state: &State<'_>) -> &'static str {
-    if state.flows().iter().any(|i| state.units[*i].counts_turns()) {
+pub(super) fn check_first(state: &State<'_>, fault: &Fault) -> &'static str {
+    if matches!(fault.check, Check::Riser(_)) {
+        "`pump_inlet_depth`, `riser_pressure_sensor_depth`, tag and unit"
+    } else if state.flows().iter().any(|i| state.units[*i].counts_turns()) {
         "tag, unit and `stroke`"
     } else {
         "tag and unit"
@@ -211,13 +214,14 @@ pub(super) fn check_first(state: &State<'_>) -> &'static str {
 }
 
 fn units_of_flows(state: &State<'_>) -> String {
-    let mut symbols: Vec<&str> = state
-        .flows()
-        .iter()
-        .filter(|i| state.facts.told[**i].tag.is_some())
-        .map(|i| state.units[*i].symbol)
-        .collect();
-    symbols.dedup();
+    let flows = state.flows();
+    let recorded = flows.iter().filter(|i| state.facts.told[**i].tag.is_some());
+    let mut symbols: Vec<&str> = Vec::new();
+    for symbol in recorded.map(|i| state.units[*i].symbol) {
+        if !symbols.contains(&symbol) {
+            symbols.push(symbol);
+        }
+    }
     symbols.join(" and ")
 }
 
@@ -288,10 +292,15 @@ pub(super) fn cause(before: &State<'_>, cause: &Cause, after: &State<'_>) -> Str
             "it would fit a return line of {} m, as if its diameter were {words}",
             number(after.geometry.return_line_id_m)
         ),
-        Cause::Riser(_, _, _, words) => format!(
-            "it would fit a riser of {} m around a pipe of {} m, as if they were {words}",
+        Cause::Riser(riser, pipe, _, words) => format!(
+            "it would fit a riser of {} m around a pipe of {} m, as if {} {words}",
             number(after.geometry.riser_id_m),
-            number(after.geometry.drillpipe_od_m)
+            number(after.geometry.drillpipe_od_m),
+            match (riser, pipe) {
+                (true, true) => "both diameters were",
+                (true, false) => "the riser's diameter were",
+                _ => "the pipe's diameter were",
+            }
         ),
     }
 }

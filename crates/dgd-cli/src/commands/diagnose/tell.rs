@@ -1,9 +1,7 @@
 //! The answer of a diagnosis for the terminal: one sentence, the findings, what was tested, the files.
 
 use crate::say::{TextTable, brief, count};
-use dgd_diagnose::{
-    CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, Signal, Tested, Verdict,
-};
+use dgd_diagnose::{CorrectionCurve, Diagnosis, Finding, HeldOut, Outcome, Tested, Verdict};
 use dgd_units::Legible;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -80,7 +78,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
                     .signals
                     .iter()
                     .find(|s| s.name == *name)?;
-                let rmse = held_out_rmse(diagnosis, signal)?;
+                let (rmse, _) = diagnosis.simulation.held_out_rmse(signal)?;
                 Some(format!("{} {}", stem(name), quantity(name, rmse)))
             })
             .collect();
@@ -398,20 +396,6 @@ fn tell_suspected(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result 
     )?;
     let mut of_them = diagnosis.tested.iter().filter(|t| suspected(t.effect));
     of_them.try_for_each(|one| tell_blind(text, one))
-}
-
-/// Error of the model without findings on the held-out samples that the screening trusts.
-fn held_out_rmse(diagnosis: &Diagnosis, signal: &Signal) -> Option<f64> {
-    let simulation = &diagnosis.simulation;
-    let used = simulation.held_out.iter().zip(&simulation.valid);
-    let pairs = signal.measured.iter().zip(&signal.before);
-    let squares: Vec<f64> = used
-        .zip(pairs)
-        .filter(|((held, valid), _)| **held && **valid)
-        .map(|(_, (m, b))| (m - b) * (m - b))
-        .filter(|square| square.is_finite())
-        .collect();
-    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 /// A signal's name without its unit.

@@ -4,8 +4,9 @@
 //! has fallen by the 95 % point of chi square with one degree of freedom.
 
 use crate::say::{self, TextTable};
-use crate::system::{bounds, page, unit_of};
-use dgd_assembly::{Assembly, AssemblyError, FitOptions, Window, fit, profile};
+use crate::system::measure::Measure;
+use crate::system::{bounds, page};
+use dgd_assembly::{Assembly, AssemblyError, Fit, FitOptions, Window, fit, profile};
 use dgd_report::{Axis, Page, ReportError, Role, Series, Table, TimePanel, series_over};
 use serde_json::{Value, json};
 
@@ -18,7 +19,7 @@ const HALVINGS: usize = 8;
 /// Word that stands for every parameter.
 const ALL: &str = "all";
 
-/// How the misfit rises as one parameter is held off its best value and the others are fitted again.
+/// How the misfit rises as one parameter is held off its best value and the others are fitted again; values in `unit`.
 pub(super) struct Profile {
     path: String,
     unit: String,
@@ -31,43 +32,77 @@ pub(super) struct Profile {
     bounds: (f64, f64),
 }
 
-/// Profiles of the named parameters, of every one if `all` is named.
+/// The parameters that are asked for: those named, or every one if `all` is.
+///
+/// # Errors
+/// [`AssemblyError::Free`] for a path that is none, with the list of those there are.
+pub(super) fn paths(assembly: &Assembly, asked: &[String]) -> Result<Vec<String>, AssemblyError> {
+    if asked.iter().any(|path| path == ALL) {
+        return Ok(assembly.parameters().into_iter().map(|p| p.path).collect());
+    }
+    for path in asked {
+        profile(assembly, &[], &FitOptions::default(), path, &[])?;
+    }
+    Ok(asked.to_vec())
+}
+
+/// Profiles of parameters, around the best fit that is found from `theta`.
 pub(super) fn of(
     assembly: &Assembly,
     theta: &[f64],
     train: &[Window],
-    asked: &[String],
+    paths: &[String],
 ) -> Result<Vec<Profile>, AssemblyError> {
-    if asked.is_empty() {
+    if paths.is_empty() {
         return Ok(Vec::new());
     }
-    let parameters = assembly.parameters();
-    let every = asked.iter().any(|path| path == ALL);
-    let paths: Vec<String> = if every {
-        parameters.iter().map(|p| p.path.clone()).collect()
-    } else {
-        asked.to_vec()
-    };
     let options = FitOptions {
         start: Some(theta.to_vec()),
         ..FitOptions::default()
     };
     let best = fit(assembly, train, &options)?;
-    let options = FitOptions {
-        start: Some(best.theta.clone()),
-        ..options
-    };
+    let parameters = assembly.parameters();
     #[expect(clippy::cast_precision_loss, reason = "sample counts")]
     let free = best.samples.saturating_sub(parameters.len()).max(1) as f64;
-    let variance = (2.0 * best.cost / free * best.inflation).max(f64::MIN_POSITIVE);
-    let root = |cost: f64| (2.0 * (cost - best.cost) / variance).max(0.0).sqrt();
-    let limit = CHI_SQUARE_95.sqrt();
-    let mut all = Vec::new();
-    for path in paths {
-        let index = parameters.iter().position(|p| p.path == path);
-        let (low, high) = bounds(assembly, &path);
-        let value = index.map_or(f64::NAN, |i| best.theta[i]);
-        let error = index.map_or(f64::NAN, |i| best.standard_error[i]);
+    let around = Around {
+        assembly,
+        train,
+        variance: (2.0 * best.cost / free * best.inflation).max(f64::MIN_POSITIVE),
+        options: FitOptions {
+            start: Some(best.theta.clone()),
+            ..options
+        },
+        best: &best,
+    };
+    let of_paths = (parameters.iter().enumerate()).filter(|(_, p)| paths.contains(&p.path));
+    of_paths
+        .map(|(index, p)| around.profile(index, &p.path))
+        .collect()
+}
+
+/// The best fit, around which parameters are held.
+struct Around<'a> {
+    assembly: &'a Assembly,
+    train: &'a [Window],
+    best: &'a Fit,
+    /// Of the residual.
+    variance: f64,
+    /// From the best fit.
+    options: FitOptions,
+}
+
+/// From which value, by which first step and how far a parameter is moved.
+#[derive(Clone, Copy)]
+struct Way {
+    from: f64,
+    step: f64,
+    end: f64,
+}
+
+impl Around<'_> {
+    fn profile(&self, index: usize, path: &str) -> Result<Profile, AssemblyError> {
+        let (low, high) = bounds(self.assembly, path);
+        let (value, error) = (self.best.theta[index], self.best.standard_error[index]);
         let told = error > 0.0 && error < 0.25 * (high - low);
         let step = if told {
             0.5 * error
@@ -75,73 +110,103 @@ pub(super) fn of(
             0.05 * (high - low)
         };
         let mut points = vec![(value, 0.0)];
-        let mut ends = [None; 2];
-        for (side, end) in [low, high].into_iter().enumerate() {
-            let (mut start, mut held) = (options.clone(), value);
-            let mut before = (value, 0.0_f64);
-            let mut width = step;
-            for k in 0..POINTS {
-                let next = if side == 0 {
-                    (held - width).max(end)
-                } else {
-                    (held + width).min(end)
-                };
-                // Even steps around the interval that the curvature tells, wider ones beyond.
-                width *= if k < 5 { 1.0 } else { 1.5 };
-                if next == held {
-                    break;
-                }
-                held = next;
-                let mut at = |held: f64| -> Result<f64, AssemblyError> {
-                    let found = profile(assembly, train, &start, &path, &[held])?.pop();
-                    let reached = found.as_ref().map_or(f64::INFINITY, |p| root(p.cost));
-                    if reached.is_finite() {
-                        points.push((held, reached * reached));
-                    }
-                    if reached < limit {
-                        start.start = found.map(|p| p.theta);
-                    }
-                    Ok(reached)
-                };
-                let mut beyond = (held, at(held)?);
-                if beyond.1 < limit {
-                    before = beyond;
-                    continue;
-                }
-                // Where another parameter comes to its bound the misfit rises at once.
-                for _ in 0..HALVINGS {
-                    if beyond.1 < 2.0 * limit {
-                        break;
-                    }
-                    let middle = 0.5 * (before.0 + beyond.0);
-                    let between = (middle, at(middle)?);
-                    if between.1 < limit {
-                        before = between;
-                    } else {
-                        beyond = between;
-                    }
-                }
-                // Between two points the root is nearly straight.
-                let share = (limit - before.1) / (beyond.1 - before.1).max(f64::MIN_POSITIVE);
-                ends[side] = Some(before.0 + share.clamp(0.0, 1.0) * (beyond.0 - before.0));
-                break;
-            }
-        }
-        // A path that is none is refused with the list of those there are.
-        if index.is_none() {
-            profile(assembly, train, &options, &path, &[])?;
-        }
+        let mut to = |end: f64| {
+            let way = Way {
+                from: value,
+                step,
+                end,
+            };
+            self.end(path, way, &mut points)
+        };
+        let ends = [to(low)?, to(high)?];
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.push(Profile {
-            unit: unit_of(assembly.system(), &path),
-            path,
-            best: value,
-            points,
-            ends,
-            bounds: (low, high),
-        });
+        let measure = Measure::of(self.assembly.system(), path);
+        let shown = |si: f64| measure.shown(si);
+        Ok(Profile {
+            path: path.to_owned(),
+            best: shown(value),
+            points: points
+                .into_iter()
+                .map(|(v, rise)| (shown(v), rise))
+                .collect(),
+            ends: ends.map(|end| end.map(shown)),
+            bounds: measure.ends((low, high)),
+            unit: measure.symbol,
+        })
     }
-    Ok(all)
+
+    /// Where a parameter leaves its interval on the way to a bound; `None` if it does not.
+    fn end(
+        &self,
+        path: &str,
+        way: Way,
+        points: &mut Vec<(f64, f64)>,
+    ) -> Result<Option<f64>, AssemblyError> {
+        let limit = CHI_SQUARE_95.sqrt();
+        let mut options = self.options.clone();
+        let mut root = |held: f64| -> Result<f64, AssemblyError> {
+            let found = profile(self.assembly, self.train, &options, path, &[held])?.pop();
+            let root = (found.as_ref()).map_or(f64::INFINITY, |p| self.root(p.cost));
+            if root.is_finite() {
+                points.push((held, root * root));
+            }
+            if root < limit {
+                options.start = found.map(|p| p.theta);
+            }
+            Ok(root)
+        };
+        let mut within = (way.from, 0.0);
+        let mut width = way.step;
+        for k in 0..POINTS {
+            let next = if way.end < way.from {
+                (within.0 - width).max(way.end)
+            } else {
+                (within.0 + width).min(way.end)
+            };
+            // Even steps around the interval that the curvature tells, wider ones beyond.
+            width *= if k < 5 { 1.0 } else { 1.5 };
+            if next == within.0 {
+                return Ok(None);
+            }
+            let reached = (next, root(next)?);
+            if reached.1 >= limit {
+                return between(within, reached, limit, root).map(Some);
+            }
+            within = reached;
+        }
+        Ok(None)
+    }
+
+    /// Root of the rise of the misfit, in variances of the residual.
+    fn root(&self, cost: f64) -> f64 {
+        let rise = 2.0 * (cost - self.best.cost) / self.variance;
+        rise.max(0.0).sqrt()
+    }
+}
+
+/// Where the root of the rise comes to its limit between a value within and one beyond, each with its root.
+fn between(
+    mut within: (f64, f64),
+    mut beyond: (f64, f64),
+    limit: f64,
+    mut root: impl FnMut(f64) -> Result<f64, AssemblyError>,
+) -> Result<f64, AssemblyError> {
+    // Where another parameter comes to its bound the misfit rises at once.
+    for _ in 0..HALVINGS {
+        if beyond.1 < 2.0 * limit {
+            break;
+        }
+        let middle = 0.5 * (within.0 + beyond.0);
+        let reached = (middle, root(middle)?);
+        if reached.1 < limit {
+            within = reached;
+        } else {
+            beyond = reached;
+        }
+    }
+    // Between two points the root is nearly straight.
+    let share = (limit - within.1) / (beyond.1 - within.1).max(f64::MIN_POSITIVE);
+    Ok(within.0 + share.clamp(0.0, 1.0) * (beyond.0 - within.0))
 }
 
 impl Profile {

@@ -4,8 +4,9 @@ use super::{HUBER, errors, parameters};
 use crate::failure::Failure;
 use crate::say::TextTable;
 use crate::system::columns::Recorded;
+use crate::system::measure::Measure;
 use crate::system::runs::{self, Run};
-use crate::system::{bounds, ending, failed, page, unit_of};
+use crate::system::{bounds, ending, failed, page};
 use dgd_assembly::{Assembly, Fit, FitOptions, Loss, SimulationOptions, fit};
 use dgd_documents::FittedParameter;
 use dgd_report::{Page, Table};
@@ -64,8 +65,7 @@ impl Linear {
     /// Path, unit, and value with interval by the equations and by the linear model.
     fn rows(&self, assembly: &Assembly, fitted: &[FittedParameter]) -> Vec<[String; 4]> {
         let told = |p: &FittedParameter| {
-            let bounds = bounds(assembly, &p.path);
-            let told = page::Told::of(p.value, p.at_bound, page::interval(p, bounds), bounds);
+            let told = page::Told::of_fitted(assembly, p);
             match told.ends {
                 Some([from, to]) => format!("{} ({from} to {to})", told.value),
                 None => format!("{} ({})", told.value, told.note),
@@ -74,7 +74,7 @@ impl Linear {
         let pairs = fitted.iter().zip(&self.fitted);
         pairs
             .map(|(p, l)| {
-                let unit = unit_of(assembly.system(), &p.path);
+                let unit = Measure::of(assembly.system(), &p.path).symbol;
                 [p.path.clone(), unit, told(p), told(l)]
             })
             .collect()
@@ -114,9 +114,10 @@ impl Linear {
 
     pub(super) fn as_json(&self, assembly: &Assembly) -> Value {
         let each = self.fitted.iter().map(|p| {
-            let (low, high) = page::interval(p, bounds(assembly, &p.path));
-            json!({ "path": p.path, "value": p.value, "standard_error": p.standard_error, "ci95": [low, high],
-                    "at_bound": p.at_bound, "unit": unit_of(assembly.system(), &p.path) })
+            let measure = Measure::of(assembly.system(), &p.path);
+            let (low, high) = measure.ends(page::interval(p, bounds(assembly, &p.path)));
+            json!({ "path": p.path, "value": measure.shown(p.value), "standard_error": measure.shown(p.standard_error),
+                    "ci95": [low, high], "at_bound": p.at_bound, "unit": measure.symbol })
         });
         json!({
             "status": self.status,

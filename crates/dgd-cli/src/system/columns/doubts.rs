@@ -180,7 +180,7 @@ fn gaps(files: &Files<'_>, part: &str, windows: &[Window]) -> Vec<String> {
         let longest = gaps.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
         let more = match number - 1 {
             0 => String::new(),
-            n => format!(", and {n} shorter gaps"),
+            n => format!(", and {}", counted(n, "shorter gap")),
         };
         let [from, to] = [longest[0], longest[1]].map(|t| told_time(files, t));
         Some(format!(

@@ -58,8 +58,9 @@ fn a_level_that_is_read_late_is_named_and_the_model_with_it_runs() {
     );
     // A mismatch is why effects are sought, and fails no check.
     let checks = told["checks"].as_array().unwrap();
-    let noise = |c: &&serde_json::Value| c["name"].as_str().unwrap().contains("own noise");
-    assert!(checks.iter().filter(noise).all(|c| c["passed"] == true));
+    let noise = |c: &serde_json::Value| c["name"].as_str().unwrap().contains("own noise");
+    assert!(checks.iter().any(noise));
+    assert!(checks.iter().all(|c| c["passed"] == true), "{checks:?}");
     // What would have shown at an instrument that is read in centimetres.
     let tested = told["tested"].as_array().unwrap();
     let drift = tested
@@ -70,10 +71,9 @@ fn a_level_that_is_read_late_is_named_and_the_model_with_it_runs() {
         (&drift["parameter"], &drift["unit"]),
         (&"change".into(), &"cm".into())
     );
-    assert!(
-        drift["limit"].as_f64().is_none_or(|cm| cm > 0.005),
-        "{drift}"
-    );
+    // In metres it would be a hundredth of that.
+    let limit = drift["limit"].as_f64().unwrap();
+    assert!((0.005..50.0).contains(&limit), "{drift}");
     assert!(
         bench
             .text("d/simulation.csv")

@@ -353,7 +353,7 @@ fn a_suction_that_clogs_leaves_nothing_over_for_the_area() {
     let area = |state: &[Applied]| {
         let gate = Tangent::beside(&record, state, &[], Bend::Lean).unwrap();
         let all = contest(&record, &gate, state);
-        let of = |c: &&Contender| c.effect.about().id == "annulus_area";
+        let of = |c: &&Contender| c.id() == "annulus_area";
         all.iter().find(of).map_or(0.0, |c| c.evidence)
     };
     let (before, after) = (area(&[]), area(&[Applied::from(&best.seen.unwrap())]));

@@ -199,7 +199,7 @@ fn what_is_named_is_fitted_again_on_the_training_blocks() {
         };
         let found = trained(&record, &[], &selection, &excluded).unwrap();
         let influx = found.iter().find(|a| !a.allowance).unwrap();
-        assert_eq!(influx.effect.about().id, "influx");
+        assert_eq!(influx.id(), "influx");
         let p = &influx.parameters;
         assert!((p[0] - 3e-3).abs() < 3e-4, "{p:?}");
         assert!(

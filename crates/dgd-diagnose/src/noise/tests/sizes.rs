@@ -54,7 +54,7 @@ fn coupling_is_the_slope_where_both_flow_and_neither_is_beyond_four_deviations_o
 }
 
 #[test]
-fn rows_of_zeros_are_of_no_kin() {
+fn rows_of_zeros_are_not_coupled() {
     let l = layout(100);
     let zero = vec![0.0; l.len()];
     assert_eq!(of(l, &full(l), &zero, &zero).coupling, 0.0);

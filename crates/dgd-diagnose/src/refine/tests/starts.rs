@@ -68,11 +68,7 @@ fn of_two_effects_the_one_that_is_there_stays() {
         [absent.clone(), there.clone()],
     ] {
         let found = fitted_here(&record, &start, &[]);
-        let ids: Vec<_> = found
-            .iter()
-            .flatten()
-            .map(|a| a.effect.about().id)
-            .collect();
+        let ids: Vec<_> = found.iter().flatten().map(|a| a.id()).collect();
         assert_eq!(ids, ["influx"]);
         assert_eq!(found.len(), 2);
     }

@@ -34,7 +34,7 @@ fn a_head_that_is_lost_for_a_while_is_gas_and_one_that_stays_lost_is_nothing_of_
         let record = lifting_less(|t_s, _| if stretch_s.contains(&t_s) { 0.05 } else { 0.0 });
         let mut found = select(&record, &[], Sought::Any(3), |_| {}).unwrap().named;
         calibrate(&mut found);
-        let gas = |n: &&Named| n.applied.effect.about().id == "gas_in_pump" && n.probability > 0.5;
+        let gas = |n: &&Named| n.applied.id() == "gas_in_pump" && n.probability > 0.5;
         assert_eq!(found.iter().any(|n| gas(&n)), is_gas, "{stretch_s:?}");
         let unknown = |n: &Named| {
             let told = n
@@ -57,7 +57,7 @@ fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_
             first: Vec::new(),
         };
         let round = Round::about(record, &nothing).unwrap();
-        let it = |c: &&Contender| c.effect.about().id == id;
+        let it = |c: &&Contender| c.id() == id;
         let it = round.contenders.iter().find(it).unwrap();
         round.of_speed(it).map(|(found, _)| found.curve)
     };

@@ -29,9 +29,7 @@ fn allowed(
     }
     let more = &state[start.len()..];
     assert!(more.iter().all(|a| a.allowance));
-    (more.iter())
-        .map(|a| (a.effect.about().id, a.parameters[0]))
-        .collect()
+    (more.iter()).map(|a| (a.id(), a.parameters[0])).collect()
 }
 
 #[test]
