@@ -40,6 +40,8 @@ pub(crate) struct Loaded {
     pub(crate) suspicions: Vec<String>,
     /// Samples in the files, without those that fill gaps and seams of the even clock and those that repeat a time stamp.
     pub(crate) samples: usize,
+    /// Where each recording after the first begins, s of the clock.
+    pub(crate) begins: Vec<(PathBuf, f64)>,
     /// When the clock was at 0, or what keeps its times from being told in dates.
     dates: Result<Moment, &'static str>,
     /// What has been warned of while reading, and whoever reads the answer must know as well.
@@ -287,6 +289,7 @@ pub(crate) fn read_recordings(
                     issues,
                     suspicions: Vec::new(),
                     samples,
+                    begins: Vec::new(),
                     dates: began.ok_or(UNDATED),
                     told: Vec::new(),
                 });
@@ -300,7 +303,10 @@ pub(crate) fn read_recordings(
                     );
                     return Err(Failure::input(path, reason));
                 }
+                let before = all.recording.len();
                 let left_out = joint.append(&mut all.recording, recording, step_s, taken)?;
+                let begin_s = all.recording.time_s.get(before).copied();
+                all.begins.extend(begin_s.map(|s| (path.clone(), s)));
                 if began.is_none() && left_out == 0 && paths[..index].contains(path) {
                     warn!("{} is given twice: its samples count twice", path.display());
                 }

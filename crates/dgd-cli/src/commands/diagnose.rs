@@ -15,7 +15,7 @@ use crate::output::{self, Outputs};
 use crate::progress::Progress;
 use crate::say;
 use dgd_diagnose::{
-    Archived, DiagnoseError, Diagnosis, Options, Simulation, Stage, Step, diagnose,
+    Archived, DiagnoseError, Diagnosis, Finding, Options, Simulation, Stage, Step, diagnose,
 };
 use dgd_documents::{Base, ModelDocument, write_diagnosis, write_model_document};
 use dgd_export::{ComparedSignal, Comparison, ExportError, write_comparison_csv};
@@ -23,7 +23,7 @@ use dgd_identify::prepare;
 use dgd_recording::{Channel, Recording, Well};
 use dgd_screen::Coarse;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const DIAGNOSIS: &str = "diagnosis.json";
 const SIMULATION: &str = "simulation.csv";
@@ -99,6 +99,7 @@ pub(crate) fn carry_out(
     loaded.warn_of_suspicions();
     progress.stage("screening", "");
     let (samples, dated_from) = (loaded.samples, loaded.dated_from());
+    let begins = std::mem::take(&mut loaded.begins);
     let unused = beyond_two(&mut loaded.recording);
     let prepared = prepare(loaded.recording, loaded.step_s, &screening(source))
         .map_err(|e| Failure::input(first, e))?;
@@ -134,6 +135,7 @@ pub(crate) fn carry_out(
     let mut diagnosis =
         diagnose(&well, &prepared, &options, &mut said).map_err(|e| undiagnosed(first, &e))?;
     say::warn(&mut warnings, std::mem::take(&mut diagnosis.warnings));
+    say::warn(&mut warnings, at_seams(&diagnosis.findings, &begins));
     diagnosis.warnings = warnings;
     // The report is written beside what was found, not beside the recording as well.
     drop(prepared);
@@ -171,6 +173,27 @@ fn beyond_two(recording: &mut Recording) -> Vec<String> {
     recording.pump_inlet_pressure_pa.truncate(MOST);
     recording.pump_outlet_pressure_pa.truncate(MOST);
     told
+}
+
+/// What is to be said of findings that set in where another recording begins: it may be another well's.
+fn at_seams(findings: &[Finding], begins: &[(PathBuf, f64)]) -> Vec<String> {
+    /// Time before a recording, which is not one as a rule, and after it begins in which what sets in does so there, s. Set by hand.
+    const BEFORE_S: f64 = 150.0;
+    const AFTER_S: f64 = 60.0;
+    let told = findings.iter().filter(|f| f.is_likely()).filter_map(|finding| {
+        let sets_in = finding.intervals_s.iter().map(|(from, _)| *from);
+        let at = |from: f64| {
+            let near = |(_, begin): &&(PathBuf, f64)| (begin - BEFORE_S..begin + AFTER_S).contains(&from);
+            begins.iter().find(near)
+        };
+        let (path, _) = sets_in.into_iter().find_map(at)?;
+        Some(format!(
+            "`{}` sets in where {} begins: is it a recording of the same well, with the same mud and instruments?",
+            finding.effect,
+            path.display()
+        ))
+    });
+    told.collect()
 }
 
 /// What is to be said of samples so far apart that causes of seconds to minutes cannot be seen in them.

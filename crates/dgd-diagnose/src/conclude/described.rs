@@ -33,6 +33,14 @@ pub(super) fn warning(setting: &Setting, named: &[Named]) -> Option<String> {
              `density` first: all other findings and sizes depend on it"
         ));
     }
+    if let Some(same) = likely("cuttings_loading").and_then(|n| {
+        let cuttings = &n.applied;
+        cuttings.effect.same_as(&cuttings.parameters, setting)
+    }) {
+        return Some(format!(
+            "is the mud's density right? The cuttings are as {same}. Mend `density` first: all other findings and sizes depend on it"
+        ));
+    }
     let offset_pa = offset_pa.filter(|pa| pa.abs() > BEYOND_PA)?;
     let (side, more) = if offset_pa < 0.0 {
         ("little", "less")
@@ -88,5 +96,14 @@ mod tests {
             ..offset(0.3 * rho)
         };
         assert_eq!(told(&[unlikely]), "");
+        // Cuttings that wash out are some.
+        let cuttings =
+            |drilled: f64| named("cuttings_loading", &[90.0, drilled, 0.3, 0.0, 1.0, 0.5]);
+        let stays = told(&[cuttings(1.0)]);
+        assert!(
+            stays.contains("mud of 1290 kg/m3, described as 1200"),
+            "{stays}"
+        );
+        assert_eq!(told(&[cuttings(0.8)]), "");
     }
 }

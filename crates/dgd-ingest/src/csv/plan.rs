@@ -302,6 +302,11 @@ fn mend(reading: &Reading) -> String {
     if let Some(unit) = unit_behind(shown) {
         return format!(": remove `{unit}` from its cells; a unit belongs in the header");
     }
+    if let Some(zone) = zone_behind(shown) {
+        return format!(
+            ": `{zone}` does not tell a time zone for certain; write its offset, as in 2024-10-26 15:27:49+02:00"
+        );
+    }
     let shown = shown.as_bytes();
     if reading.head.first.is_none() && stamp::is_slashed(shown) {
         return ": none of the dates examined distinguishes day from month; write the year first, as in 2024-10-26".into();
@@ -318,6 +323,15 @@ fn mend(reading: &Reading) -> String {
     } else {
         String::new()
     }
+}
+
+/// The letters behind a date and a clock time that stand for a time zone, as `CEST` does.
+fn zone_behind(cell: &str) -> Option<&str> {
+    let (time, zone) = cell.rsplit_once(' ')?;
+    let is_one = (3..=5).contains(&zone.len()) && zone.bytes().all(|b| b.is_ascii_uppercase());
+    let stamp = stamp::parse(time.trim_end().as_bytes(), None)?;
+    let timed = matches!(stamp.kind, StampKind::DateTime { .. } | StampKind::Clock);
+    (is_one && timed).then_some(zone)
 }
 
 /// The unit that a cell holds behind its number, if it does.

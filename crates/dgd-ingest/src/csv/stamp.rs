@@ -395,8 +395,14 @@ impl Text<'_> {
         if matches!(self.0, b"Z" | b"z" | b"UTC" | b"GMT") {
             return Some(Some(0));
         }
+        let named = [b"UTC", b"GMT"]
+            .iter()
+            .find_map(|name| self.0.strip_prefix(*name));
+        // `GMT+2` is written so, and `+2` is not.
+        let fewest = if named.is_some() { 1 } else { 2 };
+        self.0 = named.unwrap_or(self.0);
         let sign = if self.any(b"+-")? == b'-' { -1 } else { 1 };
-        let hours = self.digits(2, 2)?;
+        let hours = self.digits(fewest, 2)?;
         let _ = self.any(b":");
         let minutes = if self.0.is_empty() {
             0
@@ -560,6 +566,8 @@ mod tests {
             "2024-10-22T17:27:49.648+02:00",
             "2024-10-22 10:57:49.648-0430",
             "2024-10-22 15:27:49.648 UTC",
+            "2024-10-22 17:27:49.648 GMT+02:00",
+            "2024-10-22 17:27:49.648 UTC+2",
         ] {
             assert_eq!(ns(text), expected, "{text}");
         }

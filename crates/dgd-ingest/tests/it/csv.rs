@@ -1007,3 +1007,17 @@ fn a_number_cut_off_at_the_end_is_no_value_and_a_missing_line_end_is_no_fault() 
         assert!(values(&table, "FT1").iter().all(|v| v.is_finite()));
     }
 }
+
+#[test]
+fn a_zone_in_letters_is_told_with_the_offset_to_write() {
+    let text = "time,x\n2024-10-27 00:30:00 CEST,1\n2024-10-27 00:30:01 CEST,2\n";
+    let table = table_of(text.as_bytes()).unwrap();
+    assert_eq!(table.columns.len(), 1);
+    let skipped = issue(&table, IssueKind::Skipped);
+    assert!(
+        skipped.message.contains("`CEST` does not tell a time zone")
+            && skipped.message.contains("+02:00"),
+        "{}",
+        skipped.message
+    );
+}

@@ -376,12 +376,13 @@ fn causes(state: &State<'_>, found: &[Fault]) -> Vec<Cause> {
     for dimension in [Dimension::Pressure, Dimension::FlowRate] {
         causes.extend(units(state, dimension, &recorded));
     }
-    // Tags of a flow and a pressure, say, cannot be swapped without a fault of each.
-    let alike = |a: &usize, b: &usize| state.units[*a].dimension == state.units[*b].dimension;
-    let at_fault = |i: &usize| found.iter().any(|fault| concerns(state, fault, *i));
+    // A riser transmitter that is off by some metres of mud is no flow.
+    let far_off = |fault: &&Fault| !matches!(fault.check, Check::Riser(_));
+    let far_off = |i: usize| (found.iter().filter(far_off)).any(|f| concerns(state, f, i));
+    let alike = |a: usize, b: usize| state.units[a].dimension == state.units[b].dimension;
     for (n, a) in all.iter().enumerate() {
         let others = all[n + 1..].iter();
-        let others = others.filter(|b| alike(a, b) || at_fault(a) && at_fault(b));
+        let others = others.filter(|b| alike(*a, **b) || far_off(*a) || far_off(**b));
         causes.extend(others.map(|b| Cause::Swap(vec![(*a, *b)])));
     }
     let (inlets, outlets) = (state.inlets(), state.outlets());

@@ -162,6 +162,25 @@ fn depths_in_feet_are_suspected_and_not_the_pressures() {
     assert_eq!(only(&found).place.key, "pump_inlet_depth");
 }
 
+/// By so much that it can be one, and yet no tag of a flow is proposed for it.
+#[test]
+fn a_riser_transmitter_that_is_off_by_metres_of_mud_is_asked_about_by_its_depth() {
+    let recording = steady(7200, 1.0);
+    for (sensor_m, inlet_m) in [(402.1, 350.3), (352.1, 300.3)] {
+        let mut well = well();
+        well.geometry.riser_pressure_sensor_depth_m = Some(sensor_m);
+        well.geometry.pump_inlet_depth_m = inlet_m;
+        let found = suspicions(&recording, &well);
+        let told = found.iter().map(|s| s.message.as_str());
+        let told = told.collect::<Vec<_>>().join("\n");
+        assert!(
+            told.contains("m of the mud") && told.contains("`riser_pressure_sensor_depth`"),
+            "{told}"
+        );
+        assert!(!told.contains("swapped"), "{told}");
+    }
+}
+
 #[test]
 fn one_depth_in_feet_is_told_with_its_own_line() {
     let recording = steady(7200, 1.0);

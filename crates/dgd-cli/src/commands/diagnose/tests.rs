@@ -1,7 +1,9 @@
 //! The writers and the words, on a diagnosis made by hand.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, beyond_two, command, tell, write};
+use super::{
+    DIAGNOSIS, MODEL, REPORT, SIMULATION, Search, at_seams, beyond_two, command, tell, write,
+};
 use crate::args::{Source, Window};
 use crate::commands::carried::effects_here;
 use crate::failure::Failure;
@@ -579,4 +581,25 @@ fn of_three_transmitters_of_a_side_the_first_two_are_used_and_the_third_is_named
     assert_eq!(recording.pump_inlet_pressure_pa, side(2));
     assert_eq!(recording.pump_outlet_pressure_pa, side(1));
     assert_eq!(beyond_two(&mut recording), [""; 0]);
+}
+
+#[test]
+fn what_sets_in_where_another_recording_begins_may_be_another_well() {
+    let begins = [("b.csv".into(), 9000.0), ("c.csv".into(), 10_000.0)];
+    let told = |from: f64, probability: f64| {
+        let finding = Finding {
+            intervals_s: vec![(from, 12_000.0)],
+            probability,
+            ..kick()
+        };
+        at_seams(&[finding], &begins)
+    };
+    for from in [9880.0, 10_001.0, 10_040.0] {
+        let told = told(from, 0.9);
+        assert!(told.len() == 1 && told[0].contains("c.csv"), "{told:?}");
+    }
+    for from in [0.0, 8800.0, 9400.0, 10_100.0] {
+        assert!(told(from, 0.9).is_empty(), "{from}");
+    }
+    assert!(told(10_001.0, 0.4).is_empty());
 }

@@ -100,6 +100,42 @@ fn a_density_that_is_a_little_off_is_told_beside_the_offset_that_it_makes() {
     }
 }
 
+/// Beside the influx: whichever way a density or a depth is off, no cause is made up of it without a word.
+#[test]
+fn a_density_or_a_depth_far_off_is_asked_about_before_anything_else_is_believed() {
+    for (found, instead, asks) in [
+        (
+            "1.210 sg",
+            "1.089 sg",
+            &["is the mud's density right?", "the description says 1089"][..],
+        ),
+        (
+            "pump_outlet_depth = \"313.50 m\"",
+            "pump_outlet_depth = \"373.50 m\"",
+            &[
+                "is the description right?",
+                "too little throughout",
+                "m less of it",
+            ],
+        ),
+    ] {
+        let told = Rig::of_hours().saying(found, instead).diagnosed();
+        let warned = told.json["warnings"].to_string();
+        assert!(asks.iter().all(|words| warned.contains(words)), "{warned}");
+        assert!(told.claimed().contains(&"influx"), "{:?}", told.claimed());
+        let made_up = ["cuttings_loading", "yield_stress", "unknown"];
+        assert!(
+            told.claimed().iter().all(|id| !made_up.contains(id)),
+            "{:?}",
+            told.claimed()
+        );
+    }
+    assert_eq!(
+        Rig::of_hours().diagnosed().json["warnings"],
+        serde_json::json!([])
+    );
+}
+
 /// Beside the influx, too.
 #[test]
 fn a_flow_in_gallons_of_the_other_kind_is_a_gain_that_is_told_as_such() {

@@ -1,6 +1,7 @@
 //! Values that are missing, infinite or never change, and transmitters that are not there.
 
 use super::rig::{CHANNELS, Rig, line_of, strings};
+use dgd_recording::Column;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
@@ -120,6 +121,43 @@ fn a_pump_that_is_not_logged_is_told_and_not_called_a_gain() {
             found.same_as()
         );
     }
+}
+
+/// As someone writes who knows no tag of the booster.
+#[test]
+fn a_booster_that_is_described_as_none_is_asked_about_where_it_ran() {
+    let found = Rig::of_hours()
+        .saying("{ tag = \"FT2\", unit = \"gpm\" }", "\"0 gpm\"")
+        .diagnosed();
+    assert!(
+        found.claimed().iter().all(|id| *id == "unknown"),
+        "{:#}",
+        found.json["findings"]
+    );
+    let told = "a pump that is not logged: `booster_flow` is described as 0";
+    assert!(found.same_as().iter().any(|(_, same)| *same == told));
+}
+
+/// Half of the mud goes through a second pump, whose strokes are counted.
+#[test]
+fn the_flows_of_two_mud_pumps_are_added() {
+    const STROKE_GAL: f64 = 4.2;
+    let mut rig = Rig::of_hours();
+    let halves: Vec<f64> = rig.column("FT1").iter().map(|q| 0.5 * q).collect();
+    let strokes = halves.iter().map(|q| q / STROKE_GAL).collect();
+    *rig.column("FT1") = halves;
+    rig.table.columns.push(Column {
+        tag: "SPM2".into(),
+        unit: None,
+        values: strokes,
+    });
+    let found = rig
+        .saying(
+            "{ tag = \"FT1\", unit = \"gpm\" }",
+            "[{ tag = \"FT1\", unit = \"gpm\" }, { tag = \"SPM2\", unit = \"spm\", stroke = \"4.2 gal\" }]",
+        )
+        .diagnosed();
+    assert_eq!(found.claimed(), Rig::of_hours().diagnosed().claimed());
 }
 
 /// Every ten minutes the signal of a pump is lost for 20 s.
