@@ -47,12 +47,14 @@ pub(super) fn warning(setting: &Setting, named: &[Named]) -> Option<String> {
     } else {
         ("much", "more")
     };
+    let mud = match in_line.filter(|told| *told > 0.0) {
+        Some(told) => format!("mud of {told:.0} kg/m3, described as {rho:.0}, or "),
+        None => String::new(),
+    };
     Some(format!(
-        "is the description right? The outlet reads {:.1} bar too {side} throughout, more than a transmitter as a rule is off by: as much as mud of {:.0} \
-         kg/m3, described as {rho:.0}, or {:.1} m {more} of it above the outlet. Mend `density` or `pump_outlet_depth` first, or the transmitter: all other \
-         findings and sizes depend on them",
+        "is the description right? The outlet reads {:.1} bar too {side} throughout, more than a transmitter as a rule is off by: as much as {mud}{:.1} m \
+         {more} of the mud above the outlet. Mend `density` or `pump_outlet_depth` first, or the transmitter: all other findings and sizes depend on them",
         offset_pa.abs() / 1e5,
-        in_line?,
         offset_pa.abs() / (STANDARD_GRAVITY_M_S2 * rho),
     ))
 }
@@ -82,6 +84,10 @@ mod tests {
         for (findings, words) in [
             (vec![offset(0.3 * rho)], "too much throughout"),
             (vec![offset(-0.3 * rho), area(rho)], "too little throughout"),
+            (
+                vec![offset(-2.0 * rho)],
+                "as much as 3000.0 m less of the mud",
+            ),
         ] {
             let told = told(&findings);
             assert!(

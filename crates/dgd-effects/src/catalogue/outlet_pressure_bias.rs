@@ -78,9 +78,14 @@ impl Effect for OutletPressureBias {
             "absolute outlet transmitters described as gauge; or "
         };
         let more = if longer < 0.0 { "less" } else { "more" };
+        let told = rho + heavier;
+        let mud = if told > 0.0 {
+            format!("mud of {told:.0} kg/m3 in the line, described as {rho:.0}; or ")
+        } else {
+            String::new()
+        };
         Some(format!(
-            "{gauge}mud of {:.0} kg/m3 in the line, described as {rho:.0}; or {:.1} m {more} of it above the outlet than described",
-            rho + heavier,
+            "{gauge}{mud}{:.1} m {more} of the mud above the outlet than described",
             longer.abs()
         ))
     }

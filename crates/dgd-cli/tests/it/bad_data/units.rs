@@ -115,7 +115,7 @@ fn a_density_or_a_depth_far_off_is_asked_about_before_anything_else_is_believed(
             &[
                 "is the description right?",
                 "too little throughout",
-                "m less of it",
+                "m less of the mud",
             ],
         ),
     ] {
@@ -232,6 +232,9 @@ fn lengths_and_density_in_another_unit_are_told() {
     // Within what mud may be off by; but the line would have to push.
     let pounds = Rig::sound().saying("1.080 sg", "10.80 ppg").fitted();
     pounds.warns("is the density too high");
+    // The other way, by as much.
+    let light = Rig::sound().saying("1.080 sg", "0.990 sg").fitted();
+    light.warns("is the density too low");
     let line = Rig::sound().saying("6.000 in", "6.000 cm");
     line.fitted().suspects(
         line_of("return_line_id"),
