@@ -587,14 +587,12 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
             &above[above.len() - 2],
             numeric,
         );
-    let names = match (is_units, above) {
-        (true, [.., names, _]) | (false, [.., names]) => Some(names),
-        _ => None,
-    };
+    let named = &above[..above.len() - usize::from(is_units)];
+    let names = names_of(named, numeric);
     let units = above.last().filter(|_| is_units);
     for (index, head) in heads.iter_mut().enumerate() {
         let text = |line: &Line<'_>| line.cells.get(index).map(|c| words(c)).unwrap_or_default();
-        let mut written = names.map(text).unwrap_or_default();
+        let mut written = names.get(index).cloned().unwrap_or_default();
         if index == 0 && written.starts_with('#') {
             // A header behind a comment sign.
             written = written.trim_start_matches(['#', ' ']).to_owned();
@@ -615,6 +613,41 @@ fn name(heads: &mut [Head], above: &[Line<'_>], numeric: &[bool]) {
         head.unit = below.or(unit.map(str::to_owned));
     }
     tell_apart(heads.iter_mut().map(|head| &mut head.tag));
+}
+
+/// The names of the columns by the last of these lines; where it has one name for several, by the line above it, or by both.
+fn names_of(lines: &[Line<'_>], numeric: &[bool]) -> Vec<String> {
+    let Some((last, above)) = lines.split_last() else {
+        return Vec::new();
+    };
+    let texts = |line: &Line<'_>| line.cells.iter().map(|c| words(c)).collect::<Vec<_>>();
+    let own = texts(last);
+    let Some(group) = above.last().filter(|_| repeats(&own, numeric)) else {
+        return own;
+    };
+    if fills_with_names(group, numeric) {
+        return texts(group);
+    }
+    // The name of a group may stand over its first column alone.
+    let mut group = texts(group);
+    for index in 1..group.len() {
+        if group[index].is_empty() {
+            group[index] = group[index - 1].clone();
+        }
+    }
+    group.resize(own.len(), String::new());
+    let both = group.iter().zip(&own);
+    let both = both.map(|(group, own)| format!("{group} {own}").trim().to_owned());
+    let both: Vec<String> = both.collect();
+    if repeats(&both, numeric) { own } else { both }
+}
+
+/// Whether two columns of numbers have one name.
+fn repeats(names: &[String], numeric: &[bool]) -> bool {
+    let names = names.iter().zip(numeric);
+    let names = names.filter(|(name, numeric)| **numeric && !name.is_empty());
+    let mut known = std::collections::BTreeSet::new();
+    names.into_iter().any(|(name, _)| !known.insert(name))
 }
 
 fn is_unit_row(cells: &[&[u8]], names: &Line<'_>, numeric: &[bool]) -> bool {

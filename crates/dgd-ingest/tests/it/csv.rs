@@ -1021,3 +1021,29 @@ fn a_zone_in_letters_is_told_with_the_offset_to_write() {
         skipped.message
     );
 }
+
+#[test]
+fn names_that_repeat_below_those_of_groups_or_tags_are_told_apart_by_them() {
+    let rows = "0,500,700,10\n1,501,701,11\n2,502,702,12\n";
+    let named = |header: &str| {
+        let table = table_of(format!("{header}\n{rows}").as_bytes()).unwrap();
+        let units = table
+            .columns
+            .iter()
+            .map(|c| c.unit.clone().unwrap_or_default());
+        let tags = table.columns.iter().map(|c| c.tag.clone());
+        (tags.collect::<Vec<_>>(), units.collect::<Vec<_>>())
+    };
+    // A group over each column, or over the first of its own.
+    let (tags, units) = named(",Mud pump,Return,Inlet\nTime,Flow,Flow,P1\ns,gpm,gpm,bar");
+    assert_eq!(tags, ["Time", "Mud pump Flow", "Return Flow", "Inlet P1"]);
+    assert_eq!(units, ["s", "gpm", "gpm", "bar"]);
+    let (tags, _) = named(",Pumps,,Line\nTime,Flow,Speed,Flow\ns,gpm,%,gpm");
+    assert_eq!(tags, ["Time", "Pumps Flow", "Pumps Speed", "Line Flow"]);
+    // What each measures, below its tag.
+    let (tags, _) = named("t,FT1,FT4,PT1\n,Flow,Flow,Pressure\ns,gpm,gpm,bar");
+    assert_eq!(tags, ["t", "FT1", "FT4", "PT1"]);
+    // A title is no group, and what stays equal is told apart by number.
+    let (tags, _) = named("Report of the 3rd\nTime,Flow,Flow,P1\ns,gpm,gpm,bar");
+    assert_eq!(tags, ["Time", "Flow", "Flow_2", "P1"]);
+}
