@@ -5,7 +5,6 @@ use crate::relations::Applied;
 use crate::twins::Pair;
 use dgd_effects::Relation;
 use dgd_recording::Well;
-use dgd_units::STANDARD_GRAVITY_M_S2;
 
 /// The check that channels share one clock.
 pub(super) const ONE_CLOCK: &str = "the channels share one clock";
@@ -59,7 +58,8 @@ pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
         .geometry
         .riser_pressure_sensor_depth_m
         .map(|depth_m| well.geometry.pump_inlet_depth_m - depth_m);
-    let weight_pa = well.mud_density_kg_m3 * STANDARD_GRAVITY_M_S2 * below_m.unwrap_or(0.0);
+    let metre_pa = well.weight_pa_m();
+    let weight_pa = metre_pa * below_m.unwrap_or(0.0);
     let pairs: Vec<(&str, f64)> = (traces.iter())
         .filter_map(|t| {
             let pair = t.pair?;
@@ -77,7 +77,15 @@ pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
     }
     let told: Vec<String> = (pairs.iter())
         // Without the sign of a zero that was rounded.
-        .map(|(pair, off)| format!("{pair} {:+.2} bar", (1e-3 * off).round() / 100.0 + 0.0))
+        .map(|(pair, off)| {
+            let bar = (1e-3 * off).round() / 100.0 + 0.0;
+            let depths = *pair == Pair::InletAndRiser.name() && off.abs() > APART_PA;
+            let metres = depths.then(|| {
+                let metres = off.abs() / metre_pa;
+                format!(" (as much as {metres:.1} m of the mud: are `pump_inlet_depth` and `riser_pressure_sensor_depth` right?)")
+            });
+            format!("{pair} {bar:+.2} bar{}", metres.unwrap_or_default())
+        })
         .collect();
     Some(Check {
         name: "transmitters of one pressure agree".into(),
@@ -181,7 +189,12 @@ mod tests {
                 &lower,
                 &[trace(Some(Pair::InletAndRiser.name()), 0.0, offset)],
             );
-            assert_eq!(check.map(|c| c.passed), Some(passed), "{offset}");
+            let check = check.unwrap_or_else(|| unreachable!("there are two"));
+            assert_eq!(check.passed, passed, "{offset}");
+            let asks = check
+                .detail
+                .contains("m of the mud: are `pump_inlet_depth`");
+            assert_eq!(asks, !passed, "{}", check.detail);
         }
     }
 
