@@ -271,7 +271,7 @@ fn an_offset_is_told_as_the_description_that_would_show_it() {
     assert!(heavier.starts_with(&mud), "{heavier}");
     let longer = 20.0 * s.line_length_m / described;
     assert!(
-        heavier.contains(&format!("or {longer:.1} m more of it")),
+        heavier.contains(&format!("or {longer:.1} m more of the mud")),
         "{heavier}"
     );
     assert!(
@@ -279,6 +279,10 @@ fn an_offset_is_told_as_the_description_that_would_show_it() {
             .unwrap()
             .contains(&format!("{longer:.1} m less"))
     );
+    // No mud is lighter than nothing.
+    let lighter = told(-2.0 * weight * described / 20.0, &s).unwrap();
+    let shorter = format!("{:.1} m less of the mud", 2.0 * s.line_length_m);
+    assert!(lighter.starts_with(&shorter), "{lighter}");
     // An atmosphere is one, within a tenth.
     for (pa, begins) in [
         (
@@ -307,7 +311,8 @@ fn an_offset_is_told_as_the_description_that_would_show_it() {
         described / 0.98
     );
     assert_eq!(area(-0.02), Some(mud));
-    assert_eq!(area(0.11), None);
+    assert!(area(-0.1).is_some());
+    assert_eq!(area(0.21), None);
 }
 
 #[test]
