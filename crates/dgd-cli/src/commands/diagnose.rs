@@ -181,12 +181,11 @@ fn at_seams(findings: &[Finding], begins: &[(PathBuf, f64)]) -> Vec<String> {
     const BEFORE_S: f64 = 150.0;
     const AFTER_S: f64 = 60.0;
     let told = findings.iter().filter(|f| f.is_likely()).filter_map(|finding| {
-        let sets_in = finding.intervals_s.iter().map(|(from, _)| *from);
-        let at = |from: f64| {
-            let near = |(_, begin): &&(PathBuf, f64)| (begin - BEFORE_S..begin + AFTER_S).contains(&from);
-            begins.iter().find(near)
+        let near = |begin: f64| {
+            let mut acts = finding.intervals_s.iter();
+            acts.any(|(from, _)| (begin - BEFORE_S..begin + AFTER_S).contains(from))
         };
-        let (path, _) = sets_in.into_iter().find_map(at)?;
+        let (path, _) = begins.iter().find(|(_, begin)| near(*begin))?;
         Some(format!(
             "`{}` sets in where {} begins: is it a recording of the same well, with the same mud and instruments?",
             finding.effect,

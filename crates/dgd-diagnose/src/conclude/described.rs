@@ -15,6 +15,10 @@ pub(super) fn warning(setting: &Setting, named: &[Named]) -> Option<String> {
         let mut named = named.iter();
         named.find(|n| n.applied.id() == id && n.probability >= 0.5)
     };
+    let same_as = |id: &str| {
+        let one = &likely(id)?.applied;
+        one.effect.same_as(&one.parameters, setting)
+    };
     let rho = setting.density_kg_m3;
     let strength = |n: &Named| n.applied.parameters.first().copied();
     let offset_pa = likely("outlet_pressure_bias").and_then(strength);
@@ -33,29 +37,18 @@ pub(super) fn warning(setting: &Setting, named: &[Named]) -> Option<String> {
              `density` first: all other findings and sizes depend on it"
         ));
     }
-    if let Some(same) = likely("cuttings_loading").and_then(|n| {
-        let cuttings = &n.applied;
-        cuttings.effect.same_as(&cuttings.parameters, setting)
-    }) {
+    if let Some(same) = same_as("cuttings_loading") {
         return Some(format!(
             "is the mud's density right? The cuttings are as {same}. Mend `density` first: all other findings and sizes depend on it"
         ));
     }
     let offset_pa = offset_pa.filter(|pa| pa.abs() > BEYOND_PA)?;
-    let (side, more) = if offset_pa < 0.0 {
-        ("little", "less")
-    } else {
-        ("much", "more")
-    };
-    let mud = match in_line.filter(|told| *told > 0.0) {
-        Some(told) => format!("mud of {told:.0} kg/m3, described as {rho:.0}, or "),
-        None => String::new(),
-    };
+    let side = if offset_pa < 0.0 { "little" } else { "much" };
     Some(format!(
-        "is the description right? The outlet reads {:.1} bar too {side} throughout, more than a transmitter as a rule is off by: as much as {mud}{:.1} m \
-         {more} of the mud above the outlet. Mend `density` or `pump_outlet_depth` first, or the transmitter: all other findings and sizes depend on them",
+        "is the description right? The outlet reads {:.1} bar too {side} throughout, more than a transmitter as a rule is off by: as much as {}. Mend \
+         `density` or `pump_outlet_depth` first, or the transmitter: all other findings and sizes depend on them",
         offset_pa.abs() / 1e5,
-        offset_pa.abs() / (STANDARD_GRAVITY_M_S2 * rho),
+        same_as("outlet_pressure_bias")?,
     ))
 }
 
