@@ -1,6 +1,7 @@
 //! From a selection to an answer.
 
 mod again;
+mod against;
 mod archived;
 mod clock;
 mod coverage;
@@ -16,10 +17,8 @@ mod verdict;
 mod worse;
 
 use crate::ablation::Step;
-use crate::belief::{
-    self, beside_unnamed, calibrate, doubt, is_unnamed, left_over, own_clock, run_away, unlogged,
-};
-use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage, Trace};
+use crate::belief::{beside_unnamed, calibrate, doubt};
+use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
 use crate::free_run::{Part, errors, headline_gain};
@@ -35,7 +34,7 @@ use crate::tangent::{Bend, LEAST_ROWS, Tangent};
 use crate::tested::tested;
 use crate::traces::traces;
 use again::again;
-use clock::{OwnClock, in_balance, own_clock_of};
+use against::{Against, Told, unless_outweighed};
 use coverage::Unjudged;
 use dgd_effects::{About, AppliedEffect, Method, catalogue};
 use dgd_identify::Prepared;
@@ -45,10 +44,8 @@ use outdone::doubt_outdone;
 use settings::settings;
 use start::{Start, from_model};
 use tracing::debug;
-use unlogged::Unlogged;
-use untrained::is_untrained;
 use verdict::verdict;
-use worse::{runs_away, worse};
+use worse::worse;
 
 /// Blocks that a diagnosis needs: a held-out window and ten minutes to fit on.
 const LEAST_BLOCKS: usize = 190;
@@ -123,36 +120,15 @@ pub fn diagnose(
         (&models.before_fit, &models.start),
         (&full, &state),
     );
-    // Of what was suspected alone it would stand for what was not asked for.
-    let clock = match sought {
-        Sought::Any(_) => own_clock_of(&record, &full, &selection),
-        Sought::Given(_) => None,
+    let told = Told {
+        full: &full,
+        traces: &traces,
+        errors: &errors,
+        trained: &models.after.effects,
+        doubted,
     };
-    if let Some(clock) = &clock {
-        let against = |n: &Named| clock.speaks_against(n);
-        doubt_more(&mut selection.named, sought, against, own_clock);
-    }
-    let idle = Unlogged::in_record(&record, &well.channels);
-    let upset = idle.filter(|_| Unlogged::may_be_any(&record, &selection.named));
-    if upset.is_some() {
-        doubt_more(&mut selection.named, sought, in_balance, unlogged);
-    }
-    let archived = options.archived;
-    let made_up = |n: &Named| archived.speaks_against(n);
-    doubt_more(&mut selection.named, sought, made_up, belief::archived);
-    let nothing_left = residue::left(&traces);
-    doubt_what_is_left(&traces, &mut selection.named, doubted, sought);
-    let away = runs_away(&errors);
-    doubt_more(&mut selection.named, sought, |_| away, run_away);
-
-    let trained = &models.after.effects;
-    doubt_more(
-        &mut selection.named,
-        sought,
-        |n| is_untrained(n, trained),
-        belief::untrained,
-    );
-    let untrained = untrained::check(&selection.named, trained);
+    let (channels, archived) = (&well.channels, options.archived);
+    let against = Against::weigh(&record, channels, archived, &told, &mut selection, sought);
 
     let swell = match archived.pressures {
         true => Err(Unseen::Archived),
@@ -167,19 +143,13 @@ pub fn diagnose(
     let estimator = Estimator::of(&record, &state, &full);
     let named = selection.named.iter().map(|named| {
         let mut told = finding(&record, named, &estimator, held_out.clone());
-        if let Some(idle) = idle {
-            idle.tell(named, upset.is_some(), &mut told);
-        }
-        archived.tell(named, &mut told);
+        against.tell(named, &mut told);
         told
     });
     let heaving = (swelling.iter()).map(|(about, s)| heaving(&record, about, *s, held_out.clone()));
     let mut findings: Vec<Finding> = named.chain(heaving).collect();
     for finding in &mut findings {
         name_transmitter(finding, well);
-        if let Some(clock) = &clock {
-            clock.tell(finding);
-        }
     }
     findings.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     // A swell moves no run; it is in the model, so that a search that starts from it need not find it again.
@@ -191,17 +161,15 @@ pub fn diagnose(
 
     let unjudged = Unjudged::of(&record, &full.rows);
     let tested = tested(&record, &selection, &findings, &models.start, swell);
-    let sound = not_worse.passed && nothing_left.passed;
+    let sound = not_worse.passed && against.leaves_nothing();
     let checks = (start.check(record.setting.span_s).into_iter())
         .chain(stability)
         .chain([not_worse])
         .chain(found_again)
         .chain(placebo(&record, &selection))
-        .chain([nothing_left])
-        .chain(untrained)
+        .chain(against.checks())
         .chain(residue::apart(well, &traces))
         .chain(residue::early(&selection.allowances))
-        .chain(clock.as_ref().map(OwnClock::check))
         .chain(unjudged.iter().map(Unjudged::check))
         .collect();
     let work = record.tally.work();
@@ -212,8 +180,7 @@ pub fn diagnose(
         suspected: options.suspects.clone(),
         tested,
         warnings: (unjudged.iter().map(Unjudged::warning))
-            .chain(clock.iter().map(OwnClock::warning))
-            .chain(upset.map(Unlogged::warning))
+            .chain(against.warnings())
             .chain(described::warning(&record.setting, &selection.named))
             .collect(),
         checks,
@@ -308,30 +275,6 @@ fn believe(record: &Record, named: &mut Vec<Named>, sought: Sought<'_>) {
     }
 }
 
-/// Doubts causes whose relation keeps more than noise with all that was found; less, where something unnamed had them `doubted` already.
-fn doubt_what_is_left(traces: &[Trace], named: &mut [Named], doubted: bool, sought: Sought<'_>) {
-    let left = |n: &Named| residue::is_left_in(traces, n.applied.effect.about().relation);
-    // What is likelier unnamed itself was not.
-    doubt_more(named, sought, left, |n| {
-        left_over(n, doubted && !is_unnamed(n))
-    });
-}
-
-/// Makes those causes less likely of which something `speaks` against them.
-fn doubt_more(
-    named: &mut [Named],
-    sought: Sought<'_>,
-    speaks: impl Fn(&Named) -> bool,
-    lower: impl Fn(&mut Named),
-) {
-    for one in named.iter_mut().filter(|one| speaks(one)) {
-        lower(one);
-        if let Sought::Given(suspects) = sought {
-            unless_outweighed(one, suspects);
-        }
-    }
-}
-
 /// The effects that a swell is, if it stands out, but for those that the model to start from holds.
 fn swelling(
     swell: Result<Swell, Unseen>,
@@ -361,15 +304,6 @@ fn name_transmitter(finding: &mut Finding, well: &Well) {
         if let Some(ChannelSource::Column { tag, .. }) = source {
             parameter.meaning = format!("{}: `{tag}`", parameter.meaning);
         }
-    }
-}
-
-/// Drops the alternatives to a suspect that were not suspected, if one of them is likelier than it: the suspect does not stand for that.
-fn unless_outweighed(one: &mut Named, suspects: &[String]) {
-    let beside = |a: &(String, f64)| !suspects.contains(&a.0);
-    let own = one.probability;
-    if (one.alternatives.iter()).any(|a| beside(a) && a.1 > own) {
-        one.alternatives.retain(|a| !beside(a));
     }
 }
 

@@ -4,6 +4,7 @@ mod causes;
 mod checks;
 mod coarse;
 mod facts;
+mod fed;
 mod filler;
 mod state;
 mod words;
@@ -15,6 +16,7 @@ pub use coarse::{Coarse, Kept, TOO_SELDOM_S, coarse};
 use dgd_recording::{Channel, Recording, Well};
 use dgd_units::{PressureReference, STANDARD_ATMOSPHERE_PA};
 use facts::{FactPass, Facts, quantile};
+use fed::ill_fed;
 use state::State;
 use std::fmt;
 
@@ -86,7 +88,7 @@ const MOSTLY: f64 = 0.5;
 /// diagnosis is for (meters off by a fifth, transmitters by 5 bar, mud lighter or heavier by as
 /// much as gas and cuttings make it): pressures lie between an empty and a full column of
 /// mud; the pump's inlet and outlet lie near each other; twins agree; the pump raises the pressure; no flow exceeds 30,000 L/min; what is
-/// pumped in comes back, between 0.6 and 1.67 times; the level moves with what the flows leave in the riser; the return line's
+/// pumped in comes back, between 0.6 and 1.67 times, and of each pump's changes between 0.4 and 2.5 times; the level moves with what the flows leave in the riser; the return line's
 /// friction factor is one of a pipe; a pump's speed is in percent; time steps are a recorder's. Of
 /// every single mistake of description (another unit of one or several channels, tags swapped,
 /// depths or one of them, density or diameters in another unit) those that mend all of it are named; where none does, a unit of pressures
@@ -204,6 +206,7 @@ fn judge(facts: &Facts, well: &Well) -> Vec<Suspicion> {
     // Only of a recording without any other fault: a wrong unit upsets this too.
     if sound {
         suspicions.extend(exchanged(&state));
+        suspicions.extend(ill_fed(&state));
     }
     suspicions
 }

@@ -3,11 +3,10 @@
 
 mod answer;
 
+use super::against::{doubt_what_is_left, unless_outweighed};
 use super::models::runnable;
 use super::start::refitted;
-use super::{
-    accepted, believe, beside_unnamed, doubt_what_is_left, name_transmitter, unless_outweighed,
-};
+use super::{accepted, believe, beside_unnamed, name_transmitter};
 use crate::ablation::Step;
 use crate::diagnosis::{DiagnoseError, Finding, Options, ParameterEstimate, Trace};
 use crate::record::Record;

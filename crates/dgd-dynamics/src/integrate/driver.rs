@@ -151,6 +151,33 @@ impl<V: Vector> Step<'_, V> {
         method.dense(theta, self.h, self.x, self.next, out);
     }
 
+    /// The scaled error of the step or, where that is larger, of what lies within it; NaN where what lies within it has none.
+    ///
+    /// - `size`: scales an error, which is written into `error`.
+    #[inline(always)]
+    fn worst_between<M: Stepper<V>, S: System + ?Sized>(
+        &self,
+        method: &mut M,
+        system: &S,
+        scaled: f64,
+        size: impl Fn(&V) -> f64,
+        error: &mut V,
+        count: &mut Statistics,
+    ) -> f64 {
+        let mut worst = scaled;
+        for theta in BETWEEN {
+            if method.strays(system, theta, self, error, count) {
+                let between = size(error) / MOST_BETWEEN;
+                // `max` would drop it.
+                if between.is_nan() {
+                    return between;
+                }
+                worst = worst.max(between);
+            }
+        }
+        worst
+    }
+
     /// Bisects for the earliest crossing; returns the guard and the fraction of the step at which it is just negative.
     fn locate<M: Stepper<V>, S: System + ?Sized>(
         &self,
@@ -173,6 +200,16 @@ impl<V: Vector> Step<'_, V> {
             }
         }
         (index, high)
+    }
+}
+
+/// By what a step is to be shortened whose scaled error is too large, or is none.
+#[inline(always)]
+fn shrunk<V: Vector, M: Stepper<V>>(scaled: f64, previous_error: f64) -> f64 {
+    if scaled.is_finite() {
+        M::factor(scaled, previous_error).min(0.9)
+    } else {
+        0.25
     }
 }
 
@@ -242,8 +279,6 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
             }
             let (trial, last) = shortened(h, stop - t);
             let solved = method.attempt(system, t, &x, trial, &mut next, &mut error, &mut count);
-            let size = |error: &V| norm(error.get(), x.get(), next.get(), absolute.get(), relative);
-            let mut scaled = if solved { size(&error) } else { f64::NAN };
             let reached = if last { stop } else { t + trial };
             let step = Step {
                 t,
@@ -251,34 +286,27 @@ pub(super) fn drive<V: Vector, M: Stepper<V>, S: System + ?Sized>(
                 x: &x,
                 next: &next,
             };
+            let size = |error: &V| norm(error.get(), x.get(), next.get(), absolute.get(), relative);
+            let mut scaled = if solved { size(&error) } else { f64::NAN };
             let mut found = None;
             if scaled <= 1.0 {
                 found = crossing(system, reached, next.get());
                 if found.is_some() || samples.are_due_before(reached) {
-                    for theta in BETWEEN {
-                        if method.strays(system, theta, &step, &mut error, &mut count) {
-                            let between = size(&error) / MOST_BETWEEN;
-                            // `max` drops a NaN.
-                            scaled = if between.is_nan() {
-                                between
-                            } else {
-                                scaled.max(between)
-                            };
-                        }
-                    }
+                    scaled = step.worst_between(
+                        &mut method,
+                        system,
+                        scaled,
+                        size,
+                        &mut error,
+                        &mut count,
+                    );
                 }
             }
             if scaled.is_nan() || scaled > 1.0 {
                 count.rejected += 1;
-                let finite = scaled.is_finite();
-                h = trial
-                    * if finite {
-                        M::factor(scaled, previous_error).min(0.9)
-                    } else {
-                        0.25
-                    };
+                h = trial * shrunk::<V, M>(scaled, previous_error);
                 if h < shortest {
-                    status = if finite {
+                    status = if scaled.is_finite() {
                         Status::StepTooSmall { t }
                     } else {
                         Status::NonFinite { t }

@@ -323,12 +323,9 @@ fn units(state: &State<'_>, dimension: Dimension, recorded: &dyn Fn(&usize) -> b
     let recorded = &|i: &usize| {
         recorded(i) && !(dimension == Dimension::FlowRate && state.units[*i].counts_turns())
     };
-    let (groups, units) = match dimension {
-        Dimension::Pressure => (
-            vec![state.inlets(), state.outlets(), state.pressures()],
-            &PRESSURES[..],
-        ),
-        _ => (vec![state.inflows(), state.flows()], &FLOWS[..]),
+    let groups = match dimension {
+        Dimension::Pressure => vec![state.inlets(), state.outlets(), state.pressures()],
+        _ => vec![state.inflows(), state.flows()],
     };
     let all: Vec<usize> = (0..state.facts.told.len()).filter(recorded).collect();
     let singles = all
@@ -342,16 +339,7 @@ fn units(state: &State<'_>, dimension: Dimension, recorded: &dyn Fn(&usize) -> b
     groups.retain(|group: &Vec<usize>| !group.is_empty());
     groups.dedup();
     let in_use = all.iter().map(|i| state.units[*i]);
-    let units = in_use
-        .filter(|u| u.dimension == dimension)
-        .chain(units.iter().filter_map(|u| Unit::parse(u).ok()));
-    let mut distinct: Vec<Unit> = Vec::new();
-    for unit in units {
-        // `bar` and `bara` are one reading; gauge and absolute are told apart elsewhere.
-        if distinct.iter().all(|d| d.factor != unit.factor) {
-            distinct.push(unit);
-        }
-    }
+    let distinct = readings(dimension, in_use);
     let mut causes = Vec::new();
     for group in groups {
         for unit in &distinct {
@@ -364,6 +352,23 @@ fn units(state: &State<'_>, dimension: Dimension, recorded: &dyn Fn(&usize) -> b
         }
     }
     causes
+}
+
+/// Units that a channel of a dimension may be in, those `in_use` first.
+pub(super) fn readings(dimension: Dimension, in_use: impl Iterator<Item = Unit>) -> Vec<Unit> {
+    let others = match dimension {
+        Dimension::Pressure => &PRESSURES[..],
+        _ => &FLOWS[..],
+    };
+    let others = others.iter().filter_map(|u| Unit::parse(u).ok());
+    let mut distinct: Vec<Unit> = Vec::new();
+    for unit in in_use.filter(|u| u.dimension == dimension).chain(others) {
+        // `bar` and `bara` are one reading; gauge and absolute are told apart elsewhere.
+        if distinct.iter().all(|d| d.factor != unit.factor) {
+            distinct.push(unit);
+        }
+    }
+    distinct
 }
 
 /// Every mistake that could be behind the faults.

@@ -15,7 +15,7 @@ const MOST_FRICTION: f64 = 0.18;
 /// Friction factors that a line can show.
 const FRICTION_FACTOR: (f64, f64) = (0.003, 0.25);
 /// What comes back of what is pumped in, with losses, influx and gains of meters.
-const RETURNED: (f64, f64) = (0.6, 1.67);
+pub(super) const RETURNED: (f64, f64) = (0.6, 1.67);
 /// How far the level moves for the volume that the flows leave in the riser.
 const MOVES: (f64, f64) = (0.3, 4.0);
 /// Correlation from which a slope says anything.

@@ -234,6 +234,9 @@ pub(super) fn cause(before: &State<'_>, cause: &Cause, after: &State<'_>) -> Str
             bar(si)
         } else if after.facts.told[*told].channel == Channel::PumpSpeed {
             format!("{} %", number(si))
+        } else if si == 0.0 {
+            // One that is mostly off.
+            format!("up to {}", l_min(quantile(after.values(*told), 0.99)))
         } else {
             l_min(si)
         }

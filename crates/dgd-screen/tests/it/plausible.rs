@@ -1,6 +1,6 @@
 //! What a recording makes unlikely in its well description.
 
-use super::synthetic::{PSI, every, steady};
+use super::synthetic::{GPM, PSI, every, steady, with_speed};
 use dgd_recording::{Channel, ChannelMap, ChannelSource, Geometry, Recording, TimeSource, Well};
 use dgd_screen::{BlockSuspect, Coarse, ScreenError, Suspicion, suspect};
 use dgd_units::Unit;
@@ -343,6 +343,52 @@ fn a_unit_of_pressures_and_one_of_flows_are_told_together() {
             }
         }
     }
+}
+
+/// Ten hours in which the booster is switched by itself, and the mud pump at other times, and all comes back.
+fn switched() -> Recording {
+    let on = |t: f64, period_s: f64| (t / period_s).fract() < 0.5;
+    let booster = |t: f64| if on(t, 2100.0) { 200.0 } else { 0.0 };
+    let mud = |t: f64| if on(t, 3000.0) { 560.0 } else { 480.0 };
+    let mut recording = with_speed(36_000, 1.0, |t| (mud(t) + booster(t)) / 12.0);
+    for (i, t) in recording.time_s.iter().enumerate() {
+        recording.booster_flow_m3_s[i] = booster(*t) * GPM;
+        recording.mud_pump_flow_m3_s[i] = mud(*t) * GPM;
+    }
+    recording
+}
+
+#[test]
+fn a_pump_of_which_another_share_comes_back_than_it_pumps_is_asked_about() {
+    let sound = switched();
+    assert_eq!(suspicions(&sound, &well()), []);
+    // A fifth of what the mud pump puts in, so that the volumes balance well enough.
+    let mut recording = sound.clone();
+    misread(&mut recording.booster_flow_m3_s, "l/min", "gpm");
+    let mut described = well();
+    described.channels.booster_flow = column("FT2", "l/min");
+    let found = suspicions(&recording, &described);
+    let told = only(&found);
+    assert_eq!(told.place.key, "booster_flow");
+    assert!(
+        told.message.contains("`FT2`, read as l/min") && told.message.contains("as gpm"),
+        "{}",
+        told.message
+    );
+    // No unit makes a flow of a column that has nothing to do with it.
+    let mut recording = sound.clone();
+    recording.booster_flow_m3_s.rotate_left(525);
+    let found = suspicions(&recording, &well());
+    let told = only(&found);
+    assert!(
+        told.place.key == "booster_flow" && told.message.ends_with("check tag and unit"),
+        "{}",
+        told.message
+    );
+    // Nor is noise of one that runs at one rate related to anything.
+    let mut steady = steady(36_000, 1.0);
+    steady.booster_flow_m3_s.rotate_left(18_000);
+    assert_eq!(suspicions(&steady, &well()), []);
 }
 
 #[test]
