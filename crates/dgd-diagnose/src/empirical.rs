@@ -48,6 +48,8 @@ pub(crate) struct Correction {
     pub borne: f64,
     /// What the choice of its times cost, e-folds: both have paid for it.
     pub choice: f64,
+    /// What errors of the flow and the relation's own curve would bring it beside that, e-folds: neither part has it.
+    pub owed: f64,
     /// How many straight parameters its curve is worth.
     pub freedom: f64,
     /// How large its curve is, and the size up to which it may be the accuracy of instruments, in the unit of its place.
@@ -292,8 +294,8 @@ fn along(
     let least = LEAST_AT_WILL * found.times;
     if found.evidence > least {
         // A hump of the head's own curve, which stiff curves do not follow, shows along the level that goes with the flow; of a law of the
-        // level itself something is left however the curves bend.
-        let left = at_will(record, loose, state, &found).map_or(0.0, |c| c.evidence);
+        // level itself something is left however the curves bend, whatever it is owed to.
+        let left = at_will(record, loose, state, &found).map_or(0.0, |c| c.evidence + c.owed);
         if left < least {
             found.evidence = left;
             found.borne = found.borne.min(left);

@@ -11,7 +11,7 @@ use crate::ablation::Step;
 use crate::belief::BARRED;
 use crate::contest::{self, Contender, contest, solved};
 use crate::cores::both;
-use crate::empirical::{Correction, episode_like};
+use crate::empirical::{Correction, episode_like, hurdle};
 use crate::record::Record;
 use crate::relations::Applied;
 use crate::selection::{Named, Selection};
@@ -66,6 +66,15 @@ pub(crate) struct Round<'a> {
     rivals: Vec<Correction>,
     /// What has been found that the catalogue does not hold: effects that show there are not told beside it.
     unnamed: Vec<Curve>,
+}
+
+/// The likeliest effect of a round.
+struct Likeliest<'a> {
+    effect: &'a Contender,
+    /// How far its form is bent.
+    bent: Bent,
+    /// The head as a curve of the pump's speed, with the logarithm of the odds of that, where it tells more than the effect.
+    of_speed: Option<(Correction, f64)>,
 }
 
 impl<'a> Round<'a> {
@@ -144,28 +153,52 @@ impl<'a> Round<'a> {
         found.is_some_and(|found| self.unnamed.iter().all(|held| held.is_apart(&found)))
     }
 
+    /// The likeliest effect that may be named and is not the pump's own curve of its speed.
+    fn likeliest(&self) -> Option<Likeliest<'_>> {
+        let mut passed = Vec::new();
+        while let Some((effect, bent)) = self.best(&passed) {
+            let of_speed = self.of_speed(effect);
+            if (of_speed.as_ref()).is_some_and(|(curve, _)| curve.evidence <= hurdle(curve)) {
+                debug!("{} is the pump's own curve of its speed", effect.id());
+                passed.push(effect);
+                continue;
+            }
+            return Some(Likeliest {
+                effect,
+                bent,
+                of_speed,
+            });
+        }
+        None
+    }
+
     fn decided(&self) -> Ruling {
         /// What lies at its bound must explain more than so many times what the best effect claims, and so many e-folds. Set by hand.
         const BEYOND: f64 = 2.0;
         const BEYOND_BESIDES: f64 = 10.0;
-        let best = self.best();
+        let likeliest = self.likeliest();
         if let Some(seen) = self.seen_first() {
             return self.unnamed(seen, seen.evidence, None);
         }
         if let Some(beyond) = self.beyond()
-            && (best.as_ref())
-                .is_none_or(|(b, _)| beyond.evidence > BEYOND * b.claim() + BEYOND_BESIDES)
+            && (likeliest.as_ref())
+                .is_none_or(|l| beyond.evidence > BEYOND * l.effect.claim() + BEYOND_BESIDES)
             && let Some(r) = self.rivals_in(beyond.effect.about().relation).next()
         {
             return self.unnamed(r, beyond.evidence, None);
         }
-        let Some((best, bent)) = best else {
+        let Some(Likeliest {
+            effect: best,
+            bent,
+            of_speed,
+        }) = likeliest
+        else {
             let stands = |r: &&Correction| r.evidence - self.tolerated(r) > self.unknown_hurdle(r);
             let most = (self.rivals.iter().filter(stands))
                 .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
             return most.map_or(Ruling::Nothing, |r| self.unnamed(r, r.evidence, None));
         };
-        if let Some((curve, odds)) = self.of_speed(best) {
+        if let Some((curve, odds)) = of_speed {
             return self.unnamed(&curve, curve.borne, Some((best, odds)));
         }
         if let Some((lasting, odds)) = self.lasting(best) {

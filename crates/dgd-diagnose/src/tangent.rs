@@ -5,6 +5,7 @@
 
 mod columns;
 mod curves;
+mod flow_errors;
 mod frame;
 
 use crate::ablation::Step;
@@ -345,12 +346,13 @@ impl Tangent {
         }
     }
 
-    /// Inner products of changes of the stacked residuals, whitened and off the tangent, and those with the residual itself.
-    pub(crate) fn normal_equations(
+    /// Inner products of changes of the stacked residuals, whitened and off the tangent, and those with each of some vectors that are so already.
+    pub(crate) fn normal_equations<const N: usize>(
         &self,
         record: &Record,
         changes: &[Vec<f64>],
-    ) -> (DMatrix<f64>, DVector<f64>) {
+        of: [&[f64]; N],
+    ) -> (DMatrix<f64>, [DVector<f64>; N]) {
         let whitened: Vec<(Vec<f64>, Reach)> = changes
             .iter()
             .map(|change| {
@@ -368,7 +370,6 @@ impl Tangent {
                 products(&self.basis, values, touched)
             })
             .collect();
-        let off = &self.off[..self.layout.len()];
         // Off the columns by Pythagoras. Most changes touch one relation, many of them for a while.
         let product = |a: usize, b: (&[f64], &Reach)| {
             let (values, touched) = &whitened[a];
@@ -382,7 +383,8 @@ impl Tangent {
                 (gram[(a, b)], gram[(b, a)]) = (product, product);
             }
         }
-        let right = DVector::from_fn(n, |a, _| product(a, (off, &(0..off.len()))));
+        let rows = 0..self.layout.len();
+        let right = of.map(|of| DVector::from_fn(n, |a, _| product(a, (&of[rows.clone()], &rows))));
         (gram, right)
     }
 

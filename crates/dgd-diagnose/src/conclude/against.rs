@@ -3,9 +3,9 @@
 use super::clock::{OwnClock, in_balance, own_clock_of};
 use super::unlogged::Unlogged;
 use super::untrained::is_untrained;
-use super::worse::runs_away;
+use super::worse::{is_worse, runs_away};
 use super::{residue, untrained};
-use crate::belief::{self, is_unnamed, left_over, own_clock, run_away, unlogged};
+use crate::belief::{self, is_unnamed, left_over, made_worse, own_clock, run_away, unlogged};
 use crate::diagnosis::{Archived, Check, Finding, Trace};
 use crate::free_run::Errors;
 use crate::record::Record;
@@ -66,8 +66,11 @@ impl Against {
         let made_up = |n: &Named| archived.speaks_against(n);
         doubt(named, sought, made_up, belief::archived);
         doubt_what_is_left(told.traces, named, told.doubted, sought);
-        let away = runs_away(told.errors);
-        doubt(named, sought, |_| away, run_away);
+        if runs_away(told.errors) {
+            doubt(named, sought, |_| true, run_away);
+        } else if is_worse(told.errors) {
+            doubt(named, sought, |_| true, made_worse);
+        }
         let unseen = |n: &Named| is_untrained(n, told.trained);
         doubt(named, sought, unseen, belief::untrained);
         Self {

@@ -15,6 +15,11 @@ pub(super) fn runs_away(errors: &[Option<Errors>]) -> bool {
     (errors.iter().flatten()).any(|errors| errors.after > RUNS_AWAY * errors.before)
 }
 
+/// Whether a signal is told worse with the findings.
+pub(super) fn is_worse(errors: &[Option<Errors>]) -> bool {
+    (errors.iter().flatten()).any(|errors| errors.after > WORSE * errors.before)
+}
+
 /// Whether every signal runs free on the held-out windows as well with the findings as without them; those that do not are told by
 /// name, with both errors (RMSE).
 ///

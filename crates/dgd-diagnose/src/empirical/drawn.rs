@@ -1,13 +1,15 @@
 //! A curve through knots, drawn for what the relations leave over.
 
-use super::smooth::{smoothed, weighed};
+use super::smooth::{of_polynomial, smoothed, weighed};
 use super::{Correction, Course, owed, size};
+use crate::layout::Section;
 use crate::numbers::tails;
 use crate::record::Record;
 use crate::relations::{Applied, FINE_KNOTS, joined};
 use crate::tangent::Tangent;
 use crate::twins::Twins;
 use dgd_effects::{Curve, KNOTS, Place, Quantity, Relation};
+use dgd_lsq::dot;
 use nalgebra::{DMatrix, DVector};
 
 /// The correction of one place along one quantity; `None` if the recording does not move the quantity, or if the riser's transmitter
@@ -32,14 +34,22 @@ pub(super) fn drawn(
     let fit = drawing.fit(&changes, riser)?;
     let curve = drawing.through(fit.values.iter().map(|c| c * place.width()).collect());
     let signature = drawing.signature(&curve, &fit.values, &changes);
-    let owed = owed(record, tangent, &signature);
+    // Of what is not owed already, as large a part as of the whole.
+    let rest = if fit.owed > 0.0 {
+        (1.0 - fit.owed / fit.borne).clamp(0.0, 1.0)
+    } else {
+        1.0
+    };
+    let busiest = owed(record, tangent, &signature);
+    let off = fit.owed + rest * busiest;
     Some(Correction {
         size: size(place, &curve.knots),
         curve,
         signature,
-        evidence: fit.evidence - owed,
-        borne: fit.borne - owed,
+        evidence: fit.evidence - off,
+        borne: fit.borne - off,
         choice: 0.0,
+        owed: off - busiest,
         freedom: fit.freedom,
         least: least(course),
         seen: None,
@@ -70,6 +80,8 @@ struct Fit {
     /// Of curves of every smoothness, with what the riser's transmitter tells and without it.
     evidence: f64,
     borne: f64,
+    /// The part of both that errors of the flow and the relation's own curve bring.
+    owed: f64,
 }
 
 impl<'a> Drawing<'a> {
@@ -165,12 +177,24 @@ impl<'a> Drawing<'a> {
     /// Fits the values at the knots to the residuals, and to what the riser's transmitter tells.
     fn fit(&self, changes: &[Vec<f64>], riser: Option<Equations>) -> Option<Fit> {
         let course = self.course;
-        let (mut gram, mut right) = self.tangent.normal_equations(self.record, changes);
+        let tangent = self.tangent;
+        let errors = answering_the_flow(course)
+            .and_then(|section| tangent.flow_errors(self.record, section, course.quantity))
+            .map(|errors| as_they_show(tangent.project(&errors), &tangent.off));
+        let of = [&tangent.off, errors.as_ref().unwrap_or(&tangent.off)];
+        let (mut gram, [mut right, of_errors]) =
+            tangent.normal_equations(self.record, changes, of.map(Vec::as_slice));
         // The mass balance has no term of its own for a constant.
         let constant = (course.place, course.quantity) == (Place::Balance, Quantity::Time);
         let round = course.timed_s.is_some();
         let mut curves = smoothed(&gram, &right, constant, round);
         let borne = weighed(&curves);
+        let owed = errors.map_or(0.0, |_| {
+            let degree = own_degree(course);
+            let by_curve = |right| of_polynomial(&gram, right, degree).max(0.0);
+            let by_errors = weighed(&smoothed(&gram, &of_errors, constant, round));
+            by_curve(&right) + (by_errors - by_curve(&of_errors)).max(0.0)
+        });
         if let Some((more, pull)) = riser {
             gram += more;
             right += pull;
@@ -183,6 +207,7 @@ impl<'a> Drawing<'a> {
             freedom: best.freedom,
             evidence,
             borne,
+            owed,
         })
     }
 
@@ -197,6 +222,34 @@ impl<'a> Drawing<'a> {
             .map(|i| changes.iter().zip(values).map(|(c, w)| w * c[i]).sum())
             .collect();
         self.tangent.beyond(self.record, &change)
+    }
+}
+
+/// The rows that answer the flow, where what they are corrected along stands for it without its meter's noise.
+fn answering_the_flow(course: Course) -> Option<Section> {
+    match (course.place, course.quantity) {
+        (Place::Head, Quantity::InletPressure | Quantity::PumpSpeed) => Some(Section::Head),
+        (Place::Friction, Quantity::PumpSpeed) => Some(Section::Friction),
+        _ => None,
+    }
+}
+
+/// Degree of the polynomial that may be the relation's own curve, which fitted curves follow no further than pumps and lines as a rule do.
+fn own_degree(course: Course) -> usize {
+    match course.quantity {
+        Quantity::PumpSpeed if course.place == Place::Head => 1,
+        _ => 0,
+    }
+}
+
+/// Errors of the flow, off the tangent, at least as large as they show in what is left over: noise in the flow makes the fitted curves flatter than the
+/// true ones.
+fn as_they_show(errors: Vec<f64>, left: &[f64]) -> Vec<f64> {
+    let share = dot(&errors, left) / dot(&errors, &errors);
+    if share > 1.0 {
+        errors.into_iter().map(|v| share * v).collect()
+    } else {
+        errors
     }
 }
 

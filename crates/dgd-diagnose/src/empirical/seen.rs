@@ -198,6 +198,7 @@ impl Told<'_> {
             signature,
             evidence: self.evidence + borne,
             choice: 0.0,
+            owed: 0.0,
             borne,
             freedom: 1.0,
             size: size(place, &self.beyond),

@@ -63,6 +63,28 @@ pub(super) fn smoothed(
         .collect()
 }
 
+/// Evidence of a polynomial in the place between the knots, each of whose terms is up to about one width high; 0 if it cannot be told.
+pub(super) fn of_polynomial(gram: &DMatrix<f64>, right: &DVector<f64>, degree: usize) -> f64 {
+    let last = right.len().saturating_sub(1).max(1) as f64;
+    // Legendre's, which are nearly orthogonal.
+    let powers = DMatrix::from_fn(right.len(), degree + 1, |knot, power| {
+        let x = 2.0 * knot as f64 / last - 1.0;
+        match power {
+            0 => 1.0,
+            1 => x,
+            2 => 1.5 * x * x - 0.5,
+            _ => 2.5 * x * x * x - 1.5 * x,
+        }
+    });
+    let pull = powers.transpose() * right;
+    let own = powers.transpose() * gram * &powers;
+    let free = own + DMatrix::identity(degree + 1, degree + 1);
+    free.cholesky().map_or(0.0, |factor| {
+        let ln_volume: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
+        0.5 * pull.dot(&factor.solve(&pull)) - ln_volume
+    })
+}
+
 /// Evidence of curves of which none is likelier beforehand.
 pub(super) fn weighed(curves: &[Smooth]) -> f64 {
     ln_mean_exp(curves.iter().map(|c| c.evidence))
@@ -72,7 +94,7 @@ pub(super) fn weighed(curves: &[Smooth]) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{DMatrix, DVector, KNOTS, Smooth, smoothed};
+    use super::{DMatrix, DVector, KNOTS, Smooth, of_polynomial, smoothed, weighed};
 
     #[test]
     fn a_constant_curve_is_one_straight_parameter() {
@@ -139,5 +161,28 @@ mod tests {
         assert!(smooth.freedom < 0.7 * free.freedom);
         // A straight line is smooth: the stiffer curve explains it at a lower price.
         assert!(smooth.evidence > free.evidence);
+    }
+
+    #[test]
+    fn a_polynomial_is_worth_as_much_as_the_curve_that_is_one_and_little_of_a_bump() {
+        // Each knot is told to a tenth of its width.
+        let gram = DMatrix::from_diagonal_element(KNOTS, KNOTS, 100.0);
+        let place = |k: usize| 2.0 * k as f64 / (KNOTS - 1) as f64 - 1.0;
+        let of = |curve: &dyn Fn(f64) -> f64, degree: usize| {
+            let right = DVector::from_fn(KNOTS, |k, _| 100.0 * curve(place(k)));
+            let whole = weighed(&smoothed(&gram, &right, false, false));
+            (of_polynomial(&gram, &right, degree), whole)
+        };
+        let (level, whole) = of(&|_| 0.7, 0);
+        assert!(level > 0.97 * whole && whole > 100.0, "{level} {whole}");
+        let line = |x: f64| 0.5 - 0.4 * x;
+        let (level, _) = of(&line, 0);
+        let (straight, whole) = of(&line, 1);
+        assert!(
+            straight > 0.95 * whole && level < 0.9 * whole,
+            "{level} {straight} {whole}"
+        );
+        let (straight, whole) = of(&|x: f64| (-20.0 * x * x).exp(), 1);
+        assert!(straight < 0.5 * whole, "{straight} {whole}");
     }
 }

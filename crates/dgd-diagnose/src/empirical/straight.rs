@@ -40,6 +40,7 @@ pub(super) fn sized(
         signature,
         evidence,
         choice: 0.0,
+        owed: 0.0,
         borne: evidence,
         freedom: energy / (1.0 + energy),
         seen: None,

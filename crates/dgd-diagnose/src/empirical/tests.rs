@@ -3,6 +3,7 @@
 
 mod crosstalk;
 mod episodes;
+mod flow_errors;
 mod periods;
 mod ranges;
 
@@ -88,6 +89,7 @@ pub(super) fn made(place: Place, quantity: Quantity, knots: &[f64], evidence: f6
         signature: Vec::new(),
         evidence,
         choice: 0.0,
+        owed: 0.0,
         freedom: 3.0,
         borne: evidence,
         least: place.least(),

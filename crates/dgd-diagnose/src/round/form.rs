@@ -129,7 +129,7 @@ impl Round<'_> {
 
     /// The head as a curve of the pump's speed, with the logarithm of the odds of that, where it explains more than what passes at the
     /// pump, and than any other correction: the pump came to a speed at which its head is another, and left it again. No correction is made
-    /// along the speed otherwise, as that is the pump's curve itself.
+    /// along the speed otherwise, as that is the pump's curve itself; whether it is more than that its evidence tells.
     pub(super) fn of_speed(&self, c: &Contender) -> Option<(Correction, f64)> {
         if !passes_at_pump(c) || !self.record.takes(Step::Corrections) {
             return None;
@@ -137,14 +137,20 @@ impl Round<'_> {
         let loose = Tangent::beside(self.record, &self.state, &[], Bend::Loose)?;
         let along = (Place::Head, Quantity::PumpSpeed);
         let curve = correction(self.record, &loose, &self.state, &[], along)?;
-        let odds = (curve.claim() - c.claim()) / c.temperature();
-        debug!("{} along speed: odds {odds:.1}", c.id());
+        // Whatever brings it the evidence, it is not what passes that does.
+        let tells = curve.claim() + curve.owed;
+        let odds = (tells - c.claim()) / c.temperature();
+        debug!(
+            "{} along speed: odds {odds:.1}, {:.1} of it owed",
+            c.id(),
+            curve.owed
+        );
         // A rival that is drawn on stiff curves claims more there than beside this one.
         let claim = |r: &Correction| {
             let here = at_will(self.record, &loose, &self.state, r);
             here.map_or(r.claim(), |here| here.claim().min(r.claim()))
         };
-        let most = self.rivals.iter().all(|r| claim(r) < curve.claim());
+        let most = self.rivals.iter().all(|r| claim(r) < tells);
         (odds > 0.0 && most && plausible(&curve)).then_some((curve, odds))
     }
 

@@ -174,9 +174,11 @@ impl Round<'_> {
     /// The likeliest effect that may be named, and how far its form is bent.
     ///
     /// What a form gains within its error is its own as long as it holds; else it may be a second effect's, and the evidence decides.
-    pub(super) fn best(&self) -> Option<(&Contender, Bent)> {
+    ///
+    /// - `passed`: what is none of them.
+    pub(super) fn best(&self, passed: &[&Contender]) -> Option<(&Contender, Bent)> {
         let open: Vec<&Contender> = (self.contenders.iter())
-            .filter(|c| self.may_be_named(c))
+            .filter(|c| passed.iter().all(|p| !std::ptr::eq(*p, *c)) && self.may_be_named(c))
             .collect();
         let most = |of: fn(&Contender) -> f64| {
             (open.iter().copied()).max_by(|a, b| of(a).total_cmp(&of(b)))

@@ -65,6 +65,7 @@ fn correction(place: Place, evidence: f64) -> Correction {
         signature: HERE.to_vec(),
         evidence,
         choice: 0.0,
+        owed: 0.0,
         freedom: 3.0,
         borne: evidence,
         size: 2.0 * place.least(),
@@ -582,7 +583,7 @@ fn what_a_form_gains_is_its_own_as_long_as_it_holds() {
             ..gain(103.0)
         };
         let round = round(&record, vec![influx(110.0), bent], Vec::new());
-        let (best, bent) = round.best().unwrap();
+        let (best, bent) = round.best(&[]).unwrap();
         assert!(bent.odds <= 0.0, "{}", bent.odds);
         best.id()
     };

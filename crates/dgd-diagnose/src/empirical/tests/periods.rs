@@ -79,6 +79,7 @@ fn what_swings_pays_for_its_period_without_stops_too() {
     };
     let unpaid = Correction {
         choice: 0.0,
+        owed: 0.0,
         ..found.clone()
     };
     let paid = alone(&unpaid) - alone(&found);

@@ -81,3 +81,34 @@ fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_
         "{curve:?}"
     );
 }
+
+#[test]
+fn what_the_pumps_own_curve_of_its_speed_may_be_is_no_gas() {
+    let nothing = Selection {
+        held: 0,
+        allowances: Vec::new(),
+        named: Vec::new(),
+        first: Vec::new(),
+    };
+    let passing = lifting_less(|t_s, _| {
+        if (1800.0..3600.0).contains(&t_s) {
+            0.05
+        } else {
+            0.0
+        }
+    });
+    let seen = Round::about(&passing, &nothing).unwrap().contenders;
+    let mut gas = seen.into_iter().find(|c| c.id() == "gas_in_pump").unwrap();
+    (gas.evidence, gas.formed) = (30.0, 30.0);
+    // Off by up to 4 bar about 52 % a straight line in the speed tells most of it, off by 12 about 53 % it does not.
+    for (loss, at_pct, wide_pct, is_own) in [(0.1, 52.0, 2.0, true), (0.3, 53.0, 1.5, false)] {
+        let record =
+            lifting_less(|_, speed_pct| loss * (-((speed_pct - at_pct) / wide_pct).powi(2)).exp());
+        let mut round = Round::about(&record, &nothing).unwrap();
+        round.contenders = vec![gas.clone()];
+        assert!(round.best(&[]).is_some());
+        let likeliest = round.likeliest();
+        assert_eq!(likeliest.is_none(), is_own, "{loss}");
+        assert!(likeliest.is_none_or(|gas| gas.of_speed.is_some()));
+    }
+}
