@@ -28,8 +28,7 @@ use values::{effects, parse_pair, parse_range, steps};
     dgd system check system.toml --draw system.svg
     dgd fit bench.csv --system system.toml --out bench.toml
 
-Exit status: 0 done, 2 the input or the arguments cannot be used, 1 an output cannot be written, \
-also where its place cannot be used.")]
+Exit status: 0 done, 2 the input or the arguments cannot be used, 1 an output or its folder cannot be written.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) global: Global,
@@ -154,14 +153,14 @@ pub(crate) struct Fit {
 Writes diagnosis.json, simulation.csv (measured, and the model before and after), report.html and model.toml (with \
 the effects found; `dgd simulate` runs it) into the folder. Exit status is 0 for every verdict: consistent, explained, \
 partly_explained or unexplained; 2 if the input cannot be used, 1 if the folder or a file in it cannot be written. \
-A terminal shows the stage that the work is in; -v prints a line as each begins.")]
+A terminal shows the current stage; -v prints a line as each stage begins.")]
 pub(crate) struct Diagnose {
     #[command(flatten)]
     pub(crate) source: AnySource,
     /// Folder for diagnosis.json, simulation.csv, report.html and model.toml
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Start from the effects of this model, re-fitted; only what this model also leaves out is a finding
+    /// Start from the effects in this model, re-fitted; report only what is missing besides them
     #[arg(long, value_name = "FILE", conflicts_with = "system")]
     pub(crate) model: Option<PathBuf>,
     /// Fit only these effects, whatever their evidence, and tell how likely each is (comma-separated; `dgd catalogue` lists them; with --well)
@@ -346,8 +345,8 @@ pub(crate) struct Kinds {
   dgd system check system.toml --draw system.svg
   dgd system check system.toml --json | jq .effects
 
-A system that is not well posed is refused with status 2: every problem with its line, what is in excess, and how to fix it. \
-It is drawn all the same.")]
+A system that is not well posed is refused with status 2: each problem with its line, what over-determines it, and the fix. \
+It is still drawn.")]
 pub(crate) struct Check {
     /// The description of the system
     pub(crate) system: PathBuf,

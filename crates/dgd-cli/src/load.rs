@@ -395,7 +395,7 @@ impl Units {
 }
 
 /// What is said where seconds were hardly meant.
-const HOURS: &str = "hours are written as in 3h:5h";
+const HOURS: &str = "for hours write 3h:5h";
 
 /// A replay that was refused; of a window in seconds that holds nothing it says how hours are written.
 pub(crate) fn refused(path: &Path, error: &ReplayError, window: Option<&Window>) -> Failure {

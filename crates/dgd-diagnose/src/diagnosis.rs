@@ -144,7 +144,7 @@ impl Diagnosis {
         }
         let failed = |name: &str| self.checks.iter().any(|c| c.name == name && !c.passed);
         [
-            (NOISE_IS_LEFT, "more than noise is left"),
+            (NOISE_IS_LEFT, "residual above noise"),
             (
                 NOT_WORSE,
                 "an output runs worse with it on the held-out windows",

@@ -55,7 +55,7 @@ fn held_against(record: &Record, selection: &Selection, k: usize) -> Option<Chec
     });
     let (share, at) = tries.max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(Check {
-        name: format!("{}: placebo at another time explains less", about.id),
+        name: format!("{}: explains less at any other onset", about.id),
         passed: share < MOST,
         detail: format!(
             "of the evidence of {explained:.0} at {:.0} s, the best of {} other times, {:.0} s, explains {:.0} %",

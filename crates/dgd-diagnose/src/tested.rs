@@ -41,7 +41,7 @@ pub(crate) fn tested(
                 Outcome::NotTestable("nothing in the recording excites it".to_owned())
             } else if seen.is_none() && first.is_some_and(hardly_shows) {
                 Outcome::NotTestable(
-                    "it would not be named here at any plausible strength".to_owned(),
+                    "at no plausible strength could it be identified here".to_owned(),
                 )
             } else {
                 Outcome::NotSeen

@@ -187,8 +187,8 @@ pub(crate) fn warn_of_speed(samples: &PumpSamples<'_>, step_s: f64, warnings: &m
     if let Some((mse, late_s)) = latest(&LATE_S, step_s, left).filter(|(mse, _)| *mse < LEFT * now)
     {
         warnings.push(format!(
-            "the head curve fits {} times better with the pump speed read {late_s:.0} s later than recorded, \
-             as if the head moved first: {}",
+            "the head moves {late_s:.0} s before the recorded pump speed (aligned, the head curve fits {} times \
+             better): {}",
             (now / mse).round(),
             one_clock(late_s, "its tag")
         ));

@@ -40,7 +40,7 @@ pub(crate) fn warn_of_sweep(sweep: &DelaySweep, warnings: &mut Vec<String>) {
     let n = sweep.n[sweep.best].max(1) as f64;
     if worst - sweep.mse_pa2[sweep.best] < 3.0 * (2.0 / n).sqrt() * worst {
         warnings.push(format!(
-            "the delay of {best} s is no better than the others within noise: the flow hardly moves"
+            "the delay of {best} s cannot be determined: the flow hardly changes"
         ));
         return; // where the least lies then means nothing
     }

@@ -48,9 +48,7 @@ pub struct Gap {
 #[non_exhaustive]
 pub enum ClockError {
     /// Fewer than two different finite stamps.
-    #[error(
-        "found {found} different finite time stamps among {samples} samples, expected at least 2"
-    )]
+    #[error("{samples} samples with {found} different time stamps; at least 2 are needed")]
     TooFew {
         /// Different finite stamps.
         found: usize,

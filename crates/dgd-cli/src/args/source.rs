@@ -13,7 +13,7 @@ pub(crate) struct Source {
     /// The well description
     #[arg(long, value_name = "FILE")]
     pub(crate) well: PathBuf,
-    /// Screen as in the thesis: reject every long run of one speed, keep restarts
+    /// Screen as in the thesis: reject long runs at one speed, keep pump restarts
     #[arg(long)]
     pub(crate) thesis_screening: bool,
     /// Only these seconds of the recording clock (3h:5h and 90min:2h too), or only between two dates
@@ -26,7 +26,7 @@ pub(crate) struct Source {
 #[derive(Debug, Clone, Args)]
 #[group(required = true, multiple = false)]
 pub(crate) struct Described {
-    /// The well description: the built-in return line
+    /// Well description, for the return-line model
     #[arg(long, value_name = "FILE")]
     pub(crate) well: Option<PathBuf>,
     /// The description of any system by its components, or the file written by a fit
@@ -42,11 +42,11 @@ pub(crate) struct AnySource {
     pub(crate) recordings: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) described: Described,
-    /// Screen as in the thesis: reject every long run of one speed, keep restarts
+    /// Screen as in the thesis: reject long runs at one speed, keep pump restarts
     #[arg(long, conflicts_with = "system")]
     pub(crate) thesis_screening: bool,
     /// Only these seconds of the recording clock (3h:5h and 90min:2h too), or only between two dates
-    /// (2024-10-26T03:00/05:00); all if absent. A system names its windows in its file
+    /// (2024-10-26T03:00/05:00); default: all. A system names its windows in its file
     #[arg(long, value_name = "FROM:TO", value_parser = Window::parse, allow_hyphen_values = true, conflicts_with = "system")]
     pub(crate) window: Option<Window>,
 }

@@ -140,7 +140,7 @@ pub(crate) fn carry_out(
     // The report is written beside what was found, not beside the recording as well.
     drop(prepared);
     diagnosis.settings.extend(identified.departures.clone());
-    let began = dated_from.map(|began| ("0 s of the clock".to_owned(), began.to_string()));
+    let began = dated_from.map(|began| ("time zero".to_owned(), began.to_string()));
     diagnosis.settings.extend(began.clone());
     let mut departures = identified.departures;
     departures.extend(began);
@@ -212,8 +212,8 @@ fn undiagnosed(path: &Path, error: &DiagnoseError) -> Failure {
         path: path.to_owned(),
         reason: error.to_string(),
         help: rejected.then(|| {
-            "`dgd fit` reports what the screening rejects, and why; pressures that repeat one value for a minute while their twins move, as in \
-             exports from a historian with a deadband, are left out in addition"
+            "`dgd fit` reports what the screening rejects, and why; also left out: pressures frozen for a minute while the second transmitter moves, as in \
+             exports from a historian with a deadband"
                 .into()
         }),
     }

@@ -195,11 +195,7 @@ fn tell_into(text: &mut String, fitted: &Fitted) -> std::fmt::Result {
     )?;
     let share = 100.0 * data.kept as f64 / data.samples as f64;
     writeln!(text, "screening kept {} ({share:.1} %)\n", count(data.kept))?;
-    let mut reasons = TextTable::new([
-        "rejected for",
-        "samples",
-        "not rejected by an earlier reason",
-    ]);
+    let mut reasons = TextTable::new(["rejected for", "samples", "rejected for this reason first"]);
     for tally in fitted.prepared.tally.iter().filter(|t| t.total > 0) {
         reasons.row([
             tally.name.to_owned(),
@@ -243,7 +239,7 @@ fn ladder(id: &Identification) -> TextTable {
         refused(undelayed.err().map(ToString::to_string)),
     );
     let delay = format!(
-        "delay {} s (parabola {} s)",
+        "delay {} s (refined {} s)",
         number(id.sweep.delays_s[id.sweep.best]),
         number(id.sweep.refined_delay_s)
     );
@@ -290,9 +286,9 @@ fn ladder(id: &Identification) -> TextTable {
             .map(|(n, _)| n);
         let names: Vec<&str> = names.collect();
         if names.is_empty() {
-            "no constraint active".into()
+            "no bound reached".into()
         } else {
-            format!("active: {} > 0", names.join(", "))
+            format!("at bound: {} = 0", names.join(", "))
         }
     });
     pump(

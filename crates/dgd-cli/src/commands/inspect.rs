@@ -189,7 +189,7 @@ fn columns(found: &TableSurvey) -> String {
 }
 
 fn tell_proposal(text: &mut String, proposal: &Proposal) -> std::fmt::Result {
-    writeln!(text, "\nproposed channels (read them before use):")?;
+    writeln!(text, "\nproposed channels (check before use):")?;
     for channel in &proposal.channels {
         let tag = &channel.tag;
         writeln!(

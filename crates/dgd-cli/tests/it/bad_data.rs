@@ -69,11 +69,11 @@ fn unsuspected(what: &str, recording: &[u8], well: &str) {
 
 #[test]
 fn too_short_a_recording_is_refused_or_told() {
-    Rig::first(1).fit().refused(&["expected at least 2"]);
+    Rig::first(1).fit().refused(&["at least 2 are needed"]);
     Rig::first(30)
         .fit()
         .refused(&["in a recording of 30 samples"]);
-    Rig::first(600).fitted().warns("the flow hardly moves");
+    Rig::first(600).fitted().warns("the flow hardly changes");
     let (bench, ran) = Rig::first(1800).diagnose();
     ran.refused(&["holds 180 blocks of 10 s, a diagnosis needs 190 (32 min)"]);
     assert!(!bench.path("d").exists());

@@ -231,8 +231,8 @@ fn a_window_that_holds_nothing_is_refused_with_what_there_is_and_hours_that_are_
     let zoned = fit("2014-10-07T02:10:00Z/2014-10-07T03:00:00Z");
     assert!(!zoned.err.contains("without a zone"), "{}", zoned.err);
     zoned.refused(&["it spans 2014-10-07T00:00:01Z"]);
-    fit("2h:3h").refused(&["holds 0 samples", "hours are written as in 3h:5h"]);
-    fit("3:5").refused(&["--window 3:5 is 2 s long; hours are written as in 3h:5h"]);
+    fit("2h:3h").refused(&["holds 0 samples", "for hours write 3h:5h"]);
+    fit("3:5").refused(&["--window 3:5 is 2 s long; for hours write 3h:5h"]);
     let long = fit("0h:1h");
     assert!(!long.err.contains("hours are written"), "{}", long.err);
     long.done();

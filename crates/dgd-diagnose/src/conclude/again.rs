@@ -66,7 +66,7 @@ fn kept(before: f64, left: f64) -> Check {
     };
     check((left > 0.0).then(|| {
         format!(
-            "it keeps {share} of the evidence for `unknown`: a diagnosis that starts from it finds `unknown` again"
+            "it explains {share} of the evidence for `unknown`: a diagnosis that starts from it finds `unknown` again"
         )
     }))
 }
@@ -76,7 +76,7 @@ fn check(amiss: Option<String>) -> Check {
     let passed = amiss.is_none();
     let sound = || "a diagnosis that starts from it does not find `unknown` again".to_owned();
     Check {
-        name: "the model that runs holds what is called unknown".into(),
+        name: "the model file contains what is called unknown".into(),
         passed,
         detail: amiss.unwrap_or_else(sound),
     }

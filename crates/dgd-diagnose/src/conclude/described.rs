@@ -33,19 +33,19 @@ pub(super) fn warning(setting: &Setting, named: &[Named]) -> Option<String> {
     });
     if let Some((line, riser)) = both {
         return Some(format!(
-            "is the mud's density right? Outlet pressure and riser level tell mud of {line:.0} and {riser:.0} kg/m3, the description says {rho:.0}. Mend \
+            "is the mud's density right? Outlet pressure and riser level imply mud of {line:.0} and {riser:.0} kg/m3, the description says {rho:.0}. Correct \
              `density` first: all other findings and sizes depend on it"
         ));
     }
     if let Some(same) = same_as("cuttings_loading") {
         return Some(format!(
-            "is the mud's density right? The cuttings are as {same}. Mend `density` first: all other findings and sizes depend on it"
+            "is the mud's density right? The cuttings are as {same}. Correct `density` first: all other findings and sizes depend on it"
         ));
     }
     let offset_pa = offset_pa.filter(|pa| pa.abs() > BEYOND_PA)?;
     let side = if offset_pa < 0.0 { "little" } else { "much" };
     Some(format!(
-        "is the description right? The outlet reads {:.1} bar too {side} throughout, more than a transmitter as a rule is off by: as much as {}. Mend \
+        "is the description right? The outlet reads {:.1} bar too {side} throughout, beyond the usual error of a transmitter: as much as {}. Correct \
          `density` or `pump_outlet_depth` first, or the transmitter: all other findings and sizes depend on them",
         offset_pa.abs() / 1e5,
         same_as("outlet_pressure_bias")?,

@@ -35,7 +35,7 @@ pub(super) fn left(traces: &[Trace]) -> Check {
         }
     } else {
         format!(
-            "residuals as a multiple of what noise and instrument accuracy explain (root mean square): {}",
+            "root mean square residual over what noise and instrument accuracy explain (limit 2, pump head 2.4): {}",
             more.join(", ")
         )
     };
@@ -91,7 +91,7 @@ pub(super) fn apart(well: &Well, traces: &[Trace]) -> Option<Check> {
         name: "transmitters of one pressure agree".into(),
         passed: pairs.iter().all(|(_, off)| off.abs() <= APART_PA),
         detail: format!(
-            "{}, beyond the weight of the mud between them; the offsets are fitted, and hide their cause",
+            "{}, with the weight of the mud between them deducted; the offsets are fitted, not explained",
             told.join(", ")
         ),
     })
@@ -113,7 +113,7 @@ pub(super) fn early(allowances: &[Applied]) -> Option<Check> {
         name: ONE_CLOCK.into(),
         passed: false,
         detail: format!(
-            "{}: ahead of the pressures, which is impossible for a meter; this was allowed for",
+            "{}: the meter leads the pressures, which no meter can; this was corrected",
             early.join(", ")
         ),
     })

@@ -7,6 +7,9 @@ use dgd_units::Legible;
 /// Growth of an error from which on a signal is worse: set by hand, so that the trifles by which two fits differ are not told.
 const WORSE: f64 = 1.1;
 
+/// Growth of all errors, e-folds, from which on the signals run worse together. Set by hand, above the 0.23 that right names alone reach.
+const WORSE_TOGETHER: f64 = 0.5;
+
 /// Growth of an error from which on the model runs away. Set by hand, above the 2.4 that simulated recordings reach with what is there.
 const RUNS_AWAY: f64 = 2.5;
 
@@ -15,9 +18,14 @@ pub(super) fn runs_away(errors: &[Option<Errors>]) -> bool {
     (errors.iter().flatten()).any(|errors| errors.after > RUNS_AWAY * errors.before)
 }
 
-/// Whether a signal is told worse with the findings.
+/// Whether the signals together run worse with the findings, however much better one of them may be told.
 pub(super) fn is_worse(errors: &[Option<Errors>]) -> bool {
-    (errors.iter().flatten()).any(|errors| errors.after > WORSE * errors.before)
+    let growth = |errors: &Errors| (errors.after / errors.before).ln();
+    let together: f64 = (errors.iter().flatten())
+        .map(growth)
+        .filter(|v| v.is_finite())
+        .sum();
+    together > WORSE_TOGETHER
 }
 
 /// Whether every signal runs free on the held-out windows as well with the findings as without them; those that do not are told by
@@ -73,7 +81,7 @@ pub(super) fn figures(values: [f64; 2]) -> [String; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::{runs_away, worse};
+    use super::{is_worse, runs_away, worse};
     use crate::diagnosis::{Check, Signal, Simulation};
     use crate::free_run::{Part, errors};
 
@@ -139,5 +147,14 @@ mod tests {
         let mut unseen = off(&[("riser_level_m", 1.0, 2.0)]);
         unseen.signals[0].measured.fill(f64::NAN);
         assert!(held_out(&unseen).passed);
+    }
+
+    #[test]
+    fn signals_run_worse_together_whatever_one_of_them_gains() {
+        for (level, head, together) in [(0.9, 1.3, false), (1.85, 1.34, true), (0.6, 2.4, false)] {
+            let signals = [("riser_level_m", 1.0, level), ("pump_head_m", 1.0, head)];
+            let errors = errors(&off(&signals), Part::HeldOut);
+            assert_eq!(is_worse(&errors), together, "{level} {head}");
+        }
     }
 }

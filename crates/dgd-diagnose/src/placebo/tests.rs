@@ -79,7 +79,7 @@ fn an_influx_explains_less_at_other_times_and_at_a_wrong_time_less_than_at_its_o
         let [check] = &checks[..] else {
             panic!("{checks:?}");
         };
-        assert_eq!(check.name, "influx: placebo at another time explains less");
+        assert_eq!(check.name, "influx: explains less at any other onset");
         assert_eq!(check.passed, passed, "{}", check.detail);
         let own = format!(" at {onset:.0} s, the best of 5 other times, ");
         assert!(check.detail.contains(&own), "{}", check.detail);

@@ -28,7 +28,7 @@ static ABOUT: About = About {
         Parameter::ONSET,
         Parameter {
             name: "duration_s",
-            meaning: "how long",
+            meaning: "duration",
             role: Role::Duration(&[1300.0, 2300.0, 3600.0]),
             low: 1200.0,
             high: f64::INFINITY,

@@ -52,7 +52,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "ramp",
-            meaning: "share of the duration in which it rises, and in which it falls",
+            meaning: "rise time, and equal fall time, as a share of the duration",
             role: Role::Shape(&[0.15]),
             low: 0.01,
             high: 0.5,

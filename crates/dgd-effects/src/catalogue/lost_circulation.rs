@@ -41,7 +41,7 @@ static ABOUT: About = About {
         Parameter::ONSET,
         Parameter {
             name: "fracture",
-            meaning: "fracture pressure, as a share of the recorded inlet range",
+            meaning: "fracture pressure: 0 the lowest, 1 the highest inlet pressure recorded",
             role: Role::Shape(&[-1.0, -0.1, 0.3]),
             low: -30.0,
             high: 0.95,

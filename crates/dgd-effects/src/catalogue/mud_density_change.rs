@@ -44,7 +44,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "mixing",
-            meaning: "mixed volume over mud volume in the riser",
+            meaning: "mixed volume / mud volume in the riser",
             role: Role::Shape(&[0.25, 0.7]),
             low: 0.1,
             high: 3.0,
@@ -55,7 +55,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "column_share",
-            meaning: "share of the mud above the pump inlet that takes on the density",
+            meaning: "share of the mud above the pump inlet that changes density",
             role: Role::Shape(&[0.3, 1.0]),
             low: 0.0,
             high: 1.5,

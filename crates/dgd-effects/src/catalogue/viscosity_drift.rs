@@ -50,7 +50,7 @@ static ABOUT: About = About {
         },
         Parameter {
             name: "bend",
-            meaning: "0: even drift; positive: slow at first; negative: fast at first",
+            meaning: "0 even drift, positive slow at first, negative fast at first",
             role: Role::Shape(&[-0.5, 0.0, 0.7]),
             low: -0.9,
             high: 3.0,

@@ -124,7 +124,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
     };
     let mut diagnosis = made(hours, Verdict::Unexplained, vec![finding]);
     diagnosis.checks.push(Check {
-        name: "the model that runs holds what is called unknown".to_owned(),
+        name: "the model file contains what is called unknown".to_owned(),
         passed: false,
         detail: "it keeps 68 % of the evidence for `unknown`: a diagnosis that starts from it finds `unknown` again"
             .to_owned(),
@@ -207,7 +207,7 @@ fn influx(hours: u32) -> Finding {
             ),
             parameter(
                 "duration_s",
-                "how long",
+                "duration",
                 0.24 * end,
                 (0.23 * end, 0.25 * end),
             ),
@@ -311,7 +311,7 @@ fn checks(findings: &[Finding]) -> Vec<Check> {
 fn placebo(finding: &Finding) -> Option<Check> {
     let onset = finding.parameters.iter().find(|p| p.name == "onset_s")?;
     Some(Check {
-        name: format!("{}: placebo at another time explains less", finding.effect),
+        name: format!("{}: explains less at any other onset", finding.effect),
         passed: true,
         detail: format!(
             "of the evidence of {:.0} at {:.0} s, the best of 5 other times, {:.0} s, explains 2 %",

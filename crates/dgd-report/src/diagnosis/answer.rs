@@ -15,9 +15,7 @@ pub(super) fn headline(diagnosis: &Diagnosis) -> String {
     if diagnosis.warnings.is_empty() {
         return sentence;
     }
-    format!(
-        "{sentence} Doubtful: see first what may be wrong with the recording or its description."
-    )
+    format!("{sentence} First check the warnings about the recording and its description.")
 }
 
 /// The whole diagnosis in a sentence.
@@ -152,7 +150,7 @@ fn clause(finding: &Finding, diagnosis: &Diagnosis) -> String {
         words::gain(finding, diagnosis, false).map_or_else(String::new, |gain| format!("; {gain}"));
     match Rung::of(finding) {
         Rung::Located if finding.resembles.is_some() => format!(
-            "Left out of the {place}, {when}: {}; none of the {} effects of the catalogue has its form, and the model contains the effect that it \
+            "Seen in the {place}, {when}: {}; none of the {} effects of the catalogue has its form, and the model contains the effect that it \
              resembles{gain}",
             title(finding),
             dgd_effects::catalogue().len()
@@ -163,14 +161,14 @@ fn clause(finding: &Finding, diagnosis: &Diagnosis) -> String {
             capital(&located(finding)),
             dgd_effects::catalogue().len()
         ),
-        Rung::Class => format!("Left out of the {place}, {when}: {}{gain}", class(finding)),
-        Rung::Cause => format!("Left out of the {place}, {when}: {}{gain}", title(finding)),
+        Rung::Class => format!("Seen in the {place}, {when}: {}{gain}", class(finding)),
+        Rung::Cause => format!("Seen in the {place}, {when}: {}{gain}", title(finding)),
         Rung::Measured => {
             let strong = strength(finding).map_or_else(String::new, |p| {
                 format!("; {} {}", name_of(p), estimated(p))
             });
             format!(
-                "Left out of the {place}, {when}: {}{strong}{gain}",
+                "Seen in the {place}, {when}: {}{strong}{gain}",
                 title(finding)
             )
         }
@@ -261,7 +259,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
 fn meaning(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.verdict {
         Verdict::Consistent => {
-            "model and recording differ by no more than noise and instrument accuracy"
+            "the mismatch is within the limits for noise and instrument accuracy"
         }
         Verdict::Explained => "what was left out is named",
         Verdict::PartlyExplained => "what is named does not explain everything",
@@ -292,7 +290,7 @@ fn consistent(diagnosis: &Diagnosis, html: &mut Html) {
         .fact(
             "Not testable here",
             &count(|o| matches!(o, Outcome::NotTestable(_))),
-            "the recording does not excite them, or they would be named at no plausible size",
+            "not excited by this recording, or too weak in it at any plausible size",
         )
         .fact(
             "Held out from every fit",

@@ -21,8 +21,8 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
     }
     html.small(
         "Evidence is the natural logarithm of the Bayes factor: 1 to 3 is positive, 3 to 5 strong, above 5 very strong (Kass and Raftery 1995). \
-         The final fit contains all findings; the first weighing tests each effect alone against none. Probabilities grow with the evidence in \
-         excess of what sound simulated recordings reach; the proof measures how reliable they are.",
+         The final fit contains all findings; 'alone' tests each effect by itself against none. Probabilities grow with the evidence in \
+         excess of what fault-free simulated recordings reach.",
     );
 }
 
@@ -122,7 +122,7 @@ fn candidates(diagnosis: &Diagnosis, finding: &Finding, html: &mut Html) {
             "Candidate",
             "Probability",
             "ln Bayes factor, final fit",
-            "ln Bayes factor, first weighing",
+            "ln Bayes factor, alone",
         ],
         &rows,
         "candidates",
@@ -161,7 +161,7 @@ fn apart(finding: &Finding, html: &mut Html) {
     if let Some(described) = &finding.same_as {
         let described = described.trim().trim_end_matches('.');
         html.labelled(
-            "The recording would look the same if the description or the logging, not the rig, were at fault:",
+            "The recording would look the same with the following instead; rule it out first:",
             &format!("{described}."),
         );
     }

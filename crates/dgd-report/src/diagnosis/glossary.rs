@@ -5,7 +5,7 @@ use super::plain;
 use super::token::{What, tokens};
 
 /// A name in plain notation, what must stand in an equation for it to be meant, and its meaning.
-const MEANINGS: [(&str, &str, &str); 41] = [
+const MEANINGS: [(&str, &str, &str); 42] = [
     ("p_out", "", "pressure at the pump outlet"),
     ("p_in", "", "pressure at its inlet"),
     ("p_0", "", "atmosphere"),
@@ -23,20 +23,30 @@ const MEANINGS: [(&str, &str, &str); 41] = [
     ("e", "e q_0", "how evenly it drains"),
     ("t_d", "", "delay of the part spread along the line"),
     ("q_f", "", "flow at which turbulent friction takes over"),
-    ("h", "", "height of the mud in the riser"),
+    ("h", "", "height of the mud in the riser (not a depth)"),
     ("A", "A dh", "cross-section of the riser annulus"),
     ("A", "L/A", "cross-section of the return line"),
     ("A_line", "", "cross-section of the return line"),
     ("L", "", "length of the return line"),
-    ("d", "", "bore of the return line"),
+    // Not that of dρ/dt.
+    ("d", "L / d", "bore of the return line"),
+    ("d", "(3 d)", "bore of the return line"),
     ("v", "", "velocity in the return line"),
     ("z", "", "height that has drained"),
-    ("F", "F(", "friction over flow, fitted to the recording"),
-    ("phi", "", "friction over flow, fitted to the recording"),
+    (
+        "F",
+        "F(",
+        "friction as a function of flow, fitted to the recording",
+    ),
+    (
+        "phi",
+        "",
+        "friction as a function of flow, fitted to the recording",
+    ),
     (
         "H",
         "H(",
-        "head of the pump over speed and flow, fitted to the recording",
+        "head of the pump as a function of speed and flow, fitted to the recording",
     ),
     ("w", "", "speed of the pump"),
     ("w_set", "", "set-point of the pump's speed"),
@@ -110,7 +120,7 @@ mod tests {
             [
                 "flow through pump and return line",
                 "flow into the riser",
-                "height of the mud in the riser",
+                "height of the mud in the riser (not a depth)",
                 "cross-section of the riser annulus",
             ]
         );

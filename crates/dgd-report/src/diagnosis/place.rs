@@ -40,7 +40,7 @@ pub(super) fn write(diagnosis: &Diagnosis, html: &mut Html) {
         } else if diagnosis.traces.iter().any(Trace::exceeds_noise) {
             "A check reports residuals larger than noise and instrument accuracy explain, but nothing that could be named. The timeline shows where."
         } else {
-            "No relation shows a mismatch beyond noise and instrument accuracy. The timeline shows the residuals of each."
+            "No relation exceeds the limit for its noise and accuracy (see Checks). The timeline shows the residuals of each."
         });
     }
     timeline(diagnosis, span, html);
@@ -222,6 +222,11 @@ fn edges(scene: &mut Scene, lane: &Frame, sigma: f64) {
     }
 }
 
+/// Without the digits that only rounding left.
+fn rounded(offset: f64) -> f64 {
+    if offset.abs() < 1e-6 { 0.0 } else { offset }
+}
+
 fn caption(diagnosis: &Diagnosis, twofold: bool, outside: usize) -> String {
     let mut text = if twofold {
         "Measured minus model in blocks, before and after the findings; a violet stretch is where a finding acts, in the lane of its relation or, \
@@ -231,7 +236,7 @@ fn caption(diagnosis: &Diagnosis, twofold: bool, outside: usize) -> String {
         "Measured minus model in blocks. ".to_owned()
     };
     text.push_str(
-        "A complete relation scatters from block to block as widely as the dark grey band (noise); over minutes and hours it may depart from zero \
+        "With nothing missing, blocks stay mostly within the dark grey band (noise); over minutes and hours it may depart from zero \
          as far as the dotted lines, because instruments wander within their accuracy. A constant departure is an offset: the limits under Checks \
          give the size from which one is named. ",
     );
@@ -243,13 +248,13 @@ fn caption(diagnosis: &Diagnosis, twofold: bool, outside: usize) -> String {
             Some(format!(
                 "{} {} {unit}",
                 t.pair?,
-                significant(t.offset * factor, 2)
+                significant(rounded(t.offset * factor), 2)
             ))
         })
         .collect();
     if !taken_off.is_empty() {
         text.push_str(&format!(
-            "Subtracted throughout: {}. ",
+            "Constant offsets removed: {}. ",
             taken_off.join(", ")
         ));
     }

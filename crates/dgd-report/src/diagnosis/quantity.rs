@@ -180,10 +180,13 @@ pub(super) fn percent_interval((low, high): (f64, f64)) -> String {
 
 /// A relative change in per cent, with its sign.
 pub(super) fn percent_change(share: f64) -> String {
+    let size = percent(share.abs());
+    // `< 0.1 %` has no sign.
     match share {
-        s if s > 0.0 => format!("+{}", percent(s)),
-        s if s < 0.0 => format!("−{}", percent(-s)),
-        s => percent(s),
+        _ if size.starts_with('<') => size,
+        s if s > 0.0 => format!("+{size}"),
+        s if s < 0.0 => format!("−{size}"),
+        _ => size,
     }
 }
 

@@ -21,10 +21,10 @@ pub(super) enum Rung {
 
 /// The rungs in words, lowest first.
 pub(super) const RUNGS: [(Rung, &str); 4] = [
-    (Rung::Located, "located"),
-    (Rung::Class, "narrowed to a class"),
-    (Rung::Cause, "single cause"),
-    (Rung::Measured, "cause with strength and interval"),
+    (Rung::Located, "place"),
+    (Rung::Class, "kind of cause"),
+    (Rung::Cause, "one cause"),
+    (Rung::Measured, "one cause and its size"),
 ];
 
 /// A single cause is claimed from here on.
@@ -239,9 +239,9 @@ pub(super) fn gain(finding: &Finding, diagnosis: &Diagnosis, together: bool) -> 
     let share = improvement(held.rmse_before, held.rmse_after)?;
     let (low, high) = held.improvement_ci95;
     let takes = if together {
-        "they reduce"
+        "including them cuts"
     } else {
-        "it reduces"
+        "including it cuts"
     };
     let interval = if low.is_finite() && high.is_finite() {
         let told = if high < 0.0 {
@@ -258,16 +258,16 @@ pub(super) fn gain(finding: &Finding, diagnosis: &Diagnosis, together: bool) -> 
     let signal = signal(&held.signal);
     Some(if low <= 0.0 && high >= 0.0 {
         format!(
-            "on windows that no fit has used, the change in {signal} error is not significant{interval}"
+            "on data that no fit has used, the change in {signal} error is not significant{interval}"
         )
     } else if share >= 0.0 {
         format!(
-            "on windows that no fit has used, {takes} the {signal} error by {}{interval}",
+            "on data that no fit has used, {takes} the {signal} error by {}{interval}",
             percent(share)
         )
     } else {
         format!(
-            "on windows that no fit has used, the {signal} error grows by {}{interval}",
+            "on data that no fit has used, the {signal} error grows by {}{interval}",
             percent(-share)
         )
     })

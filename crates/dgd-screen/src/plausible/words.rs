@@ -288,7 +288,7 @@ pub(super) fn cause(before: &State<'_>, cause: &Cause, after: &State<'_>) -> Str
             number(after.geometry.pump_outlet_depth_m)
         ),
         Cause::Density(_, words) => format!(
-            "it would fit mud of {} kg/m3, as if its density were {words}",
+            "the pressures suggest mud of {} kg/m3, as if its density were {words}",
             number(after.density_kg_m3)
         ),
         Cause::Line(_, words) => format!(

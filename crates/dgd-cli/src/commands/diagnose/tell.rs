@@ -135,11 +135,11 @@ fn sentence(diagnosis: &Diagnosis) -> String {
         .filter(|_| diagnosis.acts_held_out());
     let gain = told.map_or(String::new(), |g| {
         format!(
-            "\nfree run over {hours} h held out: {} error {} {}, {} without",
+            "\nfree run over {hours} h held out: {} error {} without, {} {}",
             stem(&g.signal),
+            quantity(&g.signal, g.rmse_before),
             quantity(&g.signal, g.rmse_after),
-            with(diagnosis),
-            quantity(&g.signal, g.rmse_before)
+            with(diagnosis)
         )
     });
     let titles: Vec<&str> = refuted.iter().map(|f| f.title.as_str()).collect();
@@ -224,7 +224,7 @@ fn tell_finding(
         .as_ref()
         .filter(|_| !others.is_empty())
     {
-        line("apart by", test.clone())?;
+        line("test", test.clone())?;
     }
     if let Some(described) = &finding.same_as {
         line("same as", described.clone())?;
@@ -333,7 +333,7 @@ fn tell_tested(text: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
         return Ok(());
     }
     if diagnosis.findings.is_empty() {
-        let mut table = TextTable::new(["looked for, not seen", "smallest size seen", "", ""]);
+        let mut table = TextTable::new(["looked for, not seen", "smallest visible", "", ""]);
         for one in unseen() {
             let strength = Legible::of(one.strength);
             let limit = one.limit.filter(|l| l.is_finite());

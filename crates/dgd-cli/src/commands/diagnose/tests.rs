@@ -249,7 +249,7 @@ fn a_finding_is_told_first_and_then_with_its_numbers() {
     assert!(
         told.starts_with(
             "rig.mat: explained, formation fluid enters the well\n\
-             free run over 0.0025 h held out: riser level error 0.12 m with it, 1.9 m without\n\n1. "
+             free run over 0.0025 h held out: riser level error 1.9 m without, 0.12 m with it\n\n1. "
         ),
         "{told}"
     );
@@ -383,11 +383,11 @@ fn a_consistent_recording_is_told_with_what_would_have_been_seen() {
         ),
         (
             vec![noise.clone()],
-            "partly explained (more than noise is left), ",
+            "partly explained (residual above noise), ",
         ),
         (
             vec![output, noise],
-            "partly explained (more than noise is left, and an output runs worse with it on the held-out windows), ",
+            "partly explained (residual above noise, and an output runs worse with it on the held-out windows), ",
         ),
     ] {
         worse.checks = checks;

@@ -164,7 +164,7 @@ fn channels_on_different_clocks_are_told() {
         .warns("the return flow is 17 s ahead of the pressures, which is impossible for a meter");
     late(&["SPM"], 30)
         .fitted()
-        .warns("with the pump speed read 30 s later than recorded");
+        .warns("the head moves 30 s before the recorded pump speed");
 }
 
 /// Whoever asks for causes hears of the clocks too: of flows that come after what they do to the riser, or a speed after its head.
@@ -177,7 +177,7 @@ fn a_diagnosis_tells_that_the_channels_may_not_share_one_clock() {
         ),
         (
             &["SPM"][..],
-            "with the pump speed read 30 s later than recorded",
+            "the head moves 30 s before the recorded pump speed",
         ),
     ] {
         let rig = late(tags, 30);
