@@ -157,7 +157,7 @@ mod tests {
     fn the_share_that_is_kept_is_told() {
         let some = kept(400.0, 100.0);
         assert!(
-            !some.passed && some.detail.contains("it keeps 75 %"),
+            !some.passed && some.detail.contains("it explains 75 %"),
             "{}",
             some.detail
         );
@@ -171,7 +171,7 @@ mod tests {
         ] {
             let check = kept(100.0, left);
             assert!(!check.passed);
-            let told = format!("it keeps {told} of the evidence");
+            let told = format!("it explains {told} of the evidence");
             assert!(check.detail.contains(&told), "{}", check.detail);
         }
         assert!(kept(100.0, 0.0).passed);

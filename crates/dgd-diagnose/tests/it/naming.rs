@@ -178,7 +178,10 @@ fn a_line_restriction_is_named_with_its_loss_coefficient_and_onset() {
     strength_lies_in_its_interval(finding, &case);
     time_is_right(finding, &case);
     gains_on_held_out_windows(finding);
-    let placebo = found.checks.iter().find(|c| c.name.contains("placebo"));
+    let placebo = found
+        .checks
+        .iter()
+        .find(|c| c.name.contains("explains less at any other onset"));
     assert!(placebo.unwrap().passed, "{placebo:?}");
 }
 
