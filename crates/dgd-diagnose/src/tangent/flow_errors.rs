@@ -1,4 +1,4 @@
-//! What errors of the flow meter are seen of in what its readings go through: the curves.
+//! How errors of the return flow meter show in friction and head: through the slopes of their curves.
 
 use super::Tangent;
 use crate::layout::Section;
