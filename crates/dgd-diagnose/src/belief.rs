@@ -113,15 +113,12 @@ const ODDS_OF_RUNNING_AWAY: f64 = 0.1;
 /// By what the odds of effects are multiplied with which the signals together run worse where no fit has looked.
 ///
 /// Set by hand: of 253 recordings with names in the proof of 547357 (with the code of 9606dd2d) they do in two, which have an `unknown` too many or in
-/// place of a second cause. On recordings of a plant that is not in this repository they did with wrong names alone.
+/// place of a second cause.
 const ODDS_OF_WORSE: f64 = 0.06;
 
 /// Takes from the probability of an effect with which the signals together run worse; half of it goes to what the catalogue does not hold, half to nothing.
 pub(crate) fn made_worse(named: &mut Named) {
-    let lost = lowered(named, ODDS_OF_WORSE);
-    if lost > 0.0 {
-        also(&mut named.alternatives, unknown().about().id, 0.5 * lost);
-    }
+    partly_outside(named, ODDS_OF_WORSE, 0.5);
 }
 
 /// By what the odds of effects of the mass balance are multiplied where a clock of some channels' own explains it better. Set by hand.
@@ -194,20 +191,18 @@ pub(crate) fn is_unnamed(n: &Named) -> bool {
 
 /// Multiplies the odds of an effect, and gives what that takes to what the catalogue does not hold.
 fn outside(named: &mut Named, odds: f64) {
-    let lost = lowered(named, odds);
-    if lost > 0.0 {
-        also(&mut named.alternatives, unknown().about().id, lost);
-    }
+    partly_outside(named, odds, 1.0);
 }
 
-/// Multiplies the odds of an effect; what of its probability that takes.
-fn lowered(named: &mut Named, odds: f64) -> f64 {
+/// Multiplies the odds of an effect, and gives a share of what that takes to what the catalogue does not hold; the rest goes to nothing.
+fn partly_outside(named: &mut Named, odds: f64, share: f64) {
     if named.applied.is_correction() {
-        return 0.0;
+        return;
     }
     let own = named.probability;
     named.probability = odds * own / (odds * own + 1.0 - own);
-    own - named.probability
+    let lost = own - named.probability;
+    also(&mut named.alternatives, unknown().about().id, share * lost);
 }
 
 /// Makes it less likely that there is anything where no model runs with a correction: to a quarter of its odds, which the correction and what it may

@@ -346,13 +346,23 @@ impl Tangent {
         }
     }
 
-    /// Inner products of changes of the stacked residuals, whitened and off the tangent, and those with each of some vectors that are so already.
-    pub(crate) fn normal_equations<const N: usize>(
+    /// Inner products of changes of the stacked residuals, whitened and off the tangent, and those with the residual itself.
+    pub(crate) fn normal_equations(
         &self,
         record: &Record,
         changes: &[Vec<f64>],
-        of: [&[f64]; N],
-    ) -> (DMatrix<f64>, [DVector<f64>; N]) {
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let (gram, mut right) = self.inner_products(record, changes, &[&self.off]);
+        (gram, right.swap_remove(0))
+    }
+
+    /// The same, with those with each of some vectors that are whitened and off the tangent already.
+    pub(crate) fn inner_products(
+        &self,
+        record: &Record,
+        changes: &[Vec<f64>],
+        of: &[&[f64]],
+    ) -> (DMatrix<f64>, Vec<DVector<f64>>) {
         let whitened: Vec<(Vec<f64>, Reach)> = changes
             .iter()
             .map(|change| {
@@ -384,8 +394,11 @@ impl Tangent {
             }
         }
         let rows = 0..self.layout.len();
-        let right = of.map(|of| DVector::from_fn(n, |a, _| product(a, (&of[rows.clone()], &rows))));
-        (gram, right)
+        let right = |of: &&[f64]| {
+            let of = &of[rows.clone()];
+            DVector::from_fn(n, |a, _| product(a, (of, &rows)))
+        };
+        (gram, of.iter().map(right).collect())
     }
 
     /// What a hypothesis takes out of the residuals of these curves: whitened, off the tangent.

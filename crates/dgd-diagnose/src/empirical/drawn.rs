@@ -1,6 +1,6 @@
 //! A curve through knots, drawn for what the relations leave over.
 
-use super::smooth::{of_polynomial, smoothed, weighed};
+use super::smooth::{of_straight, smoothed, weighed};
 use super::{Correction, Course, owed, size};
 use crate::layout::Section;
 use crate::numbers::tails;
@@ -181,17 +181,19 @@ impl<'a> Drawing<'a> {
         let errors = answering_the_flow(course)
             .and_then(|section| tangent.flow_errors(self.record, section, course.quantity))
             .map(|errors| as_they_show(tangent.project(&errors), &tangent.off));
-        let of = [&tangent.off, errors.as_ref().unwrap_or(&tangent.off)];
-        let (mut gram, [mut right, of_errors]) =
-            tangent.normal_equations(self.record, changes, of.map(Vec::as_slice));
+        let of = [Some(&tangent.off), errors.as_ref()].into_iter().flatten();
+        let of: Vec<&[f64]> = of.map(Vec::as_slice).collect();
+        let (mut gram, products) = tangent.inner_products(self.record, changes, &of);
+        let mut products = products.into_iter();
+        let mut right = products.next()?;
         // The mass balance has no term of its own for a constant.
         let constant = (course.place, course.quantity) == (Place::Balance, Quantity::Time);
         let round = course.timed_s.is_some();
         let mut curves = smoothed(&gram, &right, constant, round);
         let borne = weighed(&curves);
-        let owed = errors.map_or(0.0, |_| {
-            let degree = own_degree(course);
-            let by_curve = |right| of_polynomial(&gram, right, degree).max(0.0);
+        let owed = products.next().map_or(0.0, |of_errors| {
+            let slopes = own_curve_slopes(course);
+            let by_curve = |right| of_straight(&gram, right, slopes).max(0.0);
             let by_errors = weighed(&smoothed(&gram, &of_errors, constant, round));
             by_curve(&right) + (by_errors - by_curve(&of_errors)).max(0.0)
         });
@@ -234,12 +236,10 @@ fn answering_the_flow(course: Course) -> Option<Section> {
     }
 }
 
-/// Degree of the polynomial that may be the relation's own curve, which fitted curves follow no further than pumps and lines as a rule do.
-fn own_degree(course: Course) -> usize {
-    match course.quantity {
-        Quantity::PumpSpeed if course.place == Place::Head => 1,
-        _ => 0,
-    }
+/// Whether a straight line along the quantity, and not only a level, may be the relation's own curve: fitted curves follow that no further than pumps and
+/// lines do as a rule.
+fn own_curve_slopes(course: Course) -> bool {
+    (course.place, course.quantity) == (Place::Head, Quantity::PumpSpeed)
 }
 
 /// Errors of the flow, off the tangent, at least as large as they show in what is left over: noise in the flow makes the fitted curves flatter than the

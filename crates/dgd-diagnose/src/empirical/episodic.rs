@@ -272,8 +272,7 @@ impl<'a> Search<'a> {
         let columns: Vec<Vec<f64>> = (0..STRETCHES)
             .map(|k| self.column(answer, [edge(k), edge(k + 1)], false))
             .collect();
-        let tangent = self.tangent;
-        let (gram, [right]) = tangent.normal_equations(self.record, &columns, [&tangent.off]);
+        let (gram, right) = self.tangent.normal_equations(self.record, &columns);
         let sums = Sums::of(&gram, &right);
         // What is off until some time is as much off from then on, except where there is no constant to set one off against the other.
         let first = usize::from(place != Place::Balance && place != Place::MeterFactor);
@@ -311,8 +310,7 @@ impl<'a> Search<'a> {
         let end = self.lasts_s();
         let explains = |edges: [f64; 2]| {
             let column = self.column(answer, edges, true);
-            let tangent = self.tangent;
-            let (gram, [right]) = tangent.normal_equations(self.record, &[column], [&tangent.off]);
+            let (gram, right) = (self.tangent).normal_equations(self.record, &[column]);
             evidence(gram[(0, 0)], right[0], 1.0, false)
         };
         let mut most = explains(e.edges);

@@ -63,22 +63,17 @@ pub(super) fn smoothed(
         .collect()
 }
 
-/// Evidence of a polynomial in the place between the knots, each of whose terms is up to about one width high; 0 if it cannot be told.
-pub(super) fn of_polynomial(gram: &DMatrix<f64>, right: &DVector<f64>, degree: usize) -> f64 {
+/// Evidence of one level throughout, or of a straight line where it may slope, of up to about one width; 0 if it cannot be told.
+pub(super) fn of_straight(gram: &DMatrix<f64>, right: &DVector<f64>, slopes: bool) -> f64 {
     let last = right.len().saturating_sub(1).max(1) as f64;
-    // Legendre's, which are nearly orthogonal.
-    let powers = DMatrix::from_fn(right.len(), degree + 1, |knot, power| {
-        let x = 2.0 * knot as f64 / last - 1.0;
-        match power {
-            0 => 1.0,
-            1 => x,
-            2 => 1.5 * x * x - 0.5,
-            _ => 2.5 * x * x * x - 1.5 * x,
-        }
+    let terms = 1 + usize::from(slopes);
+    let straight = DMatrix::from_fn(right.len(), terms, |knot, term| match term {
+        0 => 1.0,
+        _ => 2.0 * knot as f64 / last - 1.0,
     });
-    let pull = powers.transpose() * right;
-    let own = powers.transpose() * gram * &powers;
-    let free = own + DMatrix::identity(degree + 1, degree + 1);
+    let pull = straight.transpose() * right;
+    let own = straight.transpose() * gram * &straight;
+    let free = own + DMatrix::identity(terms, terms);
     free.cholesky().map_or(0.0, |factor| {
         let ln_volume: f64 = factor.l().diagonal().iter().map(|d| d.ln()).sum();
         0.5 * pull.dot(&factor.solve(&pull)) - ln_volume
@@ -94,7 +89,7 @@ pub(super) fn weighed(curves: &[Smooth]) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{DMatrix, DVector, KNOTS, Smooth, of_polynomial, smoothed, weighed};
+    use super::{DMatrix, DVector, KNOTS, Smooth, of_straight, smoothed, weighed};
 
     #[test]
     fn a_constant_curve_is_one_straight_parameter() {
@@ -164,25 +159,25 @@ mod tests {
     }
 
     #[test]
-    fn a_polynomial_is_worth_as_much_as_the_curve_that_is_one_and_little_of_a_bump() {
+    fn a_straight_line_is_worth_as_much_as_the_curve_that_is_one_and_little_of_a_bump() {
         // Each knot is told to a tenth of its width.
         let gram = DMatrix::from_diagonal_element(KNOTS, KNOTS, 100.0);
         let place = |k: usize| 2.0 * k as f64 / (KNOTS - 1) as f64 - 1.0;
-        let of = |curve: &dyn Fn(f64) -> f64, degree: usize| {
+        let of = |curve: &dyn Fn(f64) -> f64, slopes: bool| {
             let right = DVector::from_fn(KNOTS, |k, _| 100.0 * curve(place(k)));
             let whole = weighed(&smoothed(&gram, &right, false, false));
-            (of_polynomial(&gram, &right, degree), whole)
+            (of_straight(&gram, &right, slopes), whole)
         };
-        let (level, whole) = of(&|_| 0.7, 0);
+        let (level, whole) = of(&|_| 0.7, false);
         assert!(level > 0.97 * whole && whole > 100.0, "{level} {whole}");
         let line = |x: f64| 0.5 - 0.4 * x;
-        let (level, _) = of(&line, 0);
-        let (straight, whole) = of(&line, 1);
+        let (level, _) = of(&line, false);
+        let (straight, whole) = of(&line, true);
         assert!(
             straight > 0.95 * whole && level < 0.9 * whole,
             "{level} {straight} {whole}"
         );
-        let (straight, whole) = of(&|x: f64| (-20.0 * x * x).exp(), 1);
+        let (straight, whole) = of(&|x: f64| (-20.0 * x * x).exp(), true);
         assert!(straight < 0.5 * whole, "{straight} {whole}");
     }
 }

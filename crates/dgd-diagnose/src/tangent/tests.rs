@@ -106,7 +106,7 @@ fn normal_equations_are_products_of_what_is_off_the_tangent() {
             .iter()
             .map(|change| tangent.beyond(&record, change))
             .collect();
-        let (gram, [right]) = tangent.normal_equations(&record, &changes, [&tangent.off]);
+        let (gram, right) = tangent.normal_equations(&record, &changes);
         let size = gram[(0, 0)].max(gram[(1, 1)]);
         for a in 0..2 {
             let left = (right[a], dot(&off[a], &tangent.off));

@@ -452,3 +452,83 @@ fn first_step<S: System + ?Sized>(
     let h = 0.01 * size / speed;
     if h.is_finite() && h > 1e-6 { h } else { 1e-6 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{BETWEEN, MOST_BETWEEN, Statistics, Step, Stepper, System};
+
+    struct Resting;
+
+    impl System for Resting {
+        fn dimension(&self) -> usize {
+            1
+        }
+
+        fn rhs(&self, _t: f64, _x: &[f64], rate: &mut [f64]) {
+            rate.fill(0.0);
+        }
+    }
+
+    /// A method that is off by so much at each of the fractions in between.
+    struct Off([f64; 2]);
+
+    impl Stepper<[f64; 1]> for Off {
+        fn restart(&mut self) {}
+
+        fn attempt<S: System + ?Sized>(
+            &mut self,
+            _system: &S,
+            _t: f64,
+            _x: &[f64; 1],
+            _h: f64,
+            _next: &mut [f64; 1],
+            _error: &mut [f64; 1],
+            _count: &mut Statistics,
+        ) -> bool {
+            true
+        }
+
+        fn accept(&mut self) {}
+
+        fn dense(&self, _theta: f64, _h: f64, x: &[f64; 1], _next: &[f64; 1], out: &mut [f64]) {
+            out.copy_from_slice(x);
+        }
+
+        fn strays<S: System + ?Sized>(
+            &mut self,
+            _system: &S,
+            theta: f64,
+            _step: &Step<'_, [f64; 1]>,
+            error: &mut [f64; 1],
+            _count: &mut Statistics,
+        ) -> bool {
+            error[0] = self.0[usize::from(theta > BETWEEN[0])];
+            true
+        }
+
+        fn factor(_error: f64, _previous: f64) -> f64 {
+            1.0
+        }
+    }
+
+    #[test]
+    fn a_step_is_as_far_off_as_what_lies_within_it_and_is_none_if_that_is_none() {
+        let step = Step {
+            t: 0.0,
+            h: 1.0,
+            x: &[0.0],
+            next: &[0.0],
+        };
+        let worst = |off: [f64; 2]| {
+            let (mut error, mut count) = ([0.0], Statistics::default());
+            let size = |error: &[f64; 1]| error[0];
+            step.worst_between(&mut Off(off), &Resting, 0.5, size, &mut error, &mut count)
+        };
+        assert_eq!(worst([0.1, 0.2]), 0.5);
+        assert_eq!(worst([0.1, 4.0]), 4.0 / MOST_BETWEEN);
+        assert_eq!(worst([3.0, 0.1]), 3.0 / MOST_BETWEEN);
+        // A number after it does not hide it.
+        assert!(worst([f64::NAN, 0.1]).is_nan());
+        assert!(worst([0.1, f64::NAN]).is_nan());
+    }
+}

@@ -126,7 +126,7 @@ pub(crate) fn unknown(hours: u32) -> Diagnosis {
     diagnosis.checks.push(Check {
         name: "the model file contains what is called unknown".to_owned(),
         passed: false,
-        detail: "it keeps 68 % of the evidence for `unknown`: a diagnosis that starts from it finds `unknown` again"
+        detail: "it explains 68 % of the evidence for `unknown`: a diagnosis that starts from it finds `unknown` again"
             .to_owned(),
     });
     diagnosis
