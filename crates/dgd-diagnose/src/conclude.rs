@@ -26,6 +26,7 @@ use crate::heave::{Swell, Unseen, swell};
 use crate::numbers::whole;
 use crate::placebo::placebo;
 use crate::record::Record;
+use crate::regime::laminar;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::remains;
 use crate::select::{Sought, select};
@@ -79,7 +80,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let given = accepted(well, prepared, options)?;
     progress(Stage::Baseline);
-    let record = recorded(well, prepared, options)?;
+    let mut record = recorded(well, prepared, options)?;
     let sought = if options.suspects.is_empty() {
         Sought::Any(options.most_effects)
     } else {
@@ -91,6 +92,14 @@ pub fn diagnose(
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
+    let anew = |other: &Record| {
+        found(other, &known, sought, |round| {
+            progress(Stage::Screening(round))
+        })
+    };
+    if let Some(other) = laminar(&record, &selection, anew) {
+        (record, selection) = other;
+    }
     if let Sought::Given(suspects) = sought {
         let asked = (suspects, options.most_effects);
         doubt_outdone(&record, &known, &mut selection.named, asked, |round| {

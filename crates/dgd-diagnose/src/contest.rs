@@ -17,7 +17,7 @@ use crate::tangent::{Bend, Tangent};
 use dgd_effects::{Effect, Method, Relation, catalogue};
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
-use late::retime;
+use late::{retime, take_off_what_noise_brings};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -124,6 +124,7 @@ pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec
         }
     }
     retime(record, gate, state, &mut out);
+    take_off_what_noise_brings(record, gate, state, &mut out);
     likeliest_first(&mut out);
     free_forms(record, gate, state, &mut out);
     put_on_one_scale(record, &mut out);

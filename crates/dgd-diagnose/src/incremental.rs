@@ -287,6 +287,7 @@ mod tests {
         flow[900..930].fill(f64::NAN);
         let per_block = 5;
         Record {
+            laminar: None,
             setting: Setting {
                 outlets: 2,
                 connections: vec![Connection {

@@ -8,7 +8,7 @@ use crate::numbers::{bridged, mean, whole};
 use crate::stops::{Readings, Stop, stops};
 use crate::suction::heads_lost;
 use crate::told::{Told, reads};
-use dgd_effects::{STANDING_PCT, Setting};
+use dgd_effects::{Laminar, STANDING_PCT, Setting};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Rank, Recording, SLOWEST_S, Well, held_for, quantile, readings};
 use dgd_replay::fill_gaps;
@@ -50,6 +50,8 @@ pub(crate) struct Record {
     pub flow: Vec<f64>,
     /// Without the rests in which the reading may be frozen.
     pub speed: Vec<f64>,
+    /// How the line's flow is laminar where it is slow; `None` where all of it is turbulent.
+    pub laminar: Option<Laminar>,
     /// What a block of the reading may be off by, %: part of its quantum, and its noise.
     pub speed_error_pct: f64,
     pub inlet: Vec<f64>,
@@ -220,6 +222,7 @@ impl Record {
             booster,
             topfill,
             flow,
+            laminar: None,
             speed: thin(&without_seldom_rest(&recording.pump_speed_pct, step_s)),
             speed_error_pct: speed_noise_pct.hypot(rounded_pct),
             inlet,
@@ -232,6 +235,14 @@ impl Record {
                 .filter_map(|(channel, values)| Some((channel, slow.every_s(values)?)))
                 .collect(),
             tally: Arc::default(),
+        }
+    }
+
+    /// The same of a line whose flow is laminar where it is slow.
+    pub(crate) fn with_laminar(&self, laminar: Laminar) -> Self {
+        Self {
+            laminar: Some(laminar),
+            ..self.clone()
         }
     }
 

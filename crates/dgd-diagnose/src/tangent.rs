@@ -22,7 +22,7 @@ use crate::vectors::{
 use columns::Columns;
 pub(crate) use columns::FRICTION_PRIOR_PA;
 use curves::Evaluated;
-use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS};
+use dgd_effects::{Curves, FRICTION_TERMS, HEAD_TERMS, Laminar, Scale, friction_terms};
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
 pub(crate) use frame::LEAST_ROWS;
@@ -113,6 +113,38 @@ impl Tangent {
     pub(crate) fn left_over_of(&self, other: &Record, applied: &[Applied]) -> Vec<f64> {
         let blocks = Blocks::under(other, applied);
         Solved::of(other, applied, &blocks, &self.frame()).off
+    }
+
+    /// Misfit of another hypothesis about a line of another regime, re-fitted on the rows and by the noise of this one.
+    pub(crate) fn misfit_of(&self, other: &Record, applied: &[Applied]) -> f64 {
+        let mut frame = self.frame();
+        frame.curves.scale.laminar = other.laminar;
+        let blocks = Blocks::under(other, applied);
+        let solved = Solved::of(other, applied, &blocks, &frame);
+        0.5 * dot(&solved.off, &solved.off) + solved.ln_volume
+    }
+
+    /// Evidence for laminar flow: for its law, and that of the share that is turbulent, beside the curves here.
+    pub(crate) fn laminar(&self, record: &Record, laminar: Laminar) -> Option<f64> {
+        /// Prior width of each law at the scale's flow, Pa: as large as friction is. Set by hand.
+        const WIDTH_PA: f64 = 3e5;
+        let ground = self.ground(record);
+        let b = ground.blocks();
+        let scale = Scale {
+            laminar: Some(laminar),
+            ..self.curves.scale
+        };
+        let mut laws = vec![vec![0.0; self.layout.len()]; 3];
+        for k in self.layout.rows(Section::Friction) {
+            let terms = friction_terms(b.flow[k], scale);
+            for (law, term) in laws.iter_mut().zip(&terms[1..]) {
+                law[k] = WIDTH_PA * b.friction_factor[k] * term;
+            }
+        }
+        let (gram, right) = self.normal_equations(record, &laws);
+        let factor = (gram + DMatrix::identity(3, 3)).cholesky()?;
+        let saved = 0.5 * right.dot(&factor.solve(&right));
+        Some(saved - 0.5 * factor.ln_determinant())
     }
 
     /// What its hypothesis comes to by itself.

@@ -131,6 +131,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         without: Vec::new(),
         seldom: Vec::new(),
         tally: Arc::default(),
+        laminar: None,
         suction_heads: None,
         told: Told::default(),
         stops: Vec::new(),
@@ -201,6 +202,7 @@ pub(crate) fn parabolas(f: f64, h: f64, r: f64) -> Curves {
         scale: Scale {
             flow_m3_s: FLOW_M3_S,
             speed_pct: SPEED_PCT,
+            laminar: None,
         },
         friction: [0.0; FRICTION_TERMS],
         head: [0.0; HEAD_TERMS],
@@ -236,6 +238,11 @@ const LEVELS: [f64; 24] = [
 
 /// An hour and a half of drilling at changing flow, by the equations of the relations, with white noise.
 pub(crate) fn drilled(hidden: Hidden) -> Record {
+    drilled_through(hidden, &parabolas(4e5, 45e5, 5e5))
+}
+
+/// The same through a line of another friction.
+pub(crate) fn drilled_through(hidden: Hidden, curves: &Curves) -> Record {
     let mut record = steady(540);
     let n = record.t_s.len();
     // A new level every four minutes, reached within half a minute; what is pumped in came to it before.
@@ -248,7 +255,6 @@ pub(crate) fn drilled(hidden: Hidden) -> Record {
     };
     let pumped = |t: f64| flow(t + 20.0);
     let inflow = |t: f64| pumped(t) + hidden_rate(hidden, t);
-    let curves = parabolas(4e5, 45e5, 5e5);
     let s = &record.setting;
     let pa_m3 = s.density_kg_m3 * STANDARD_GRAVITY_M_S2 / s.riser_area_m2;
     let (column, inertia) = (record.column_pa(), record.inertia());

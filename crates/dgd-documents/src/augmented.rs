@@ -3,7 +3,7 @@
 use crate::model::float;
 use crate::reader::{Section, Value};
 use dgd_effects::{
-    About, AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, Method, Parameter, Place,
+    About, AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, Laminar, Method, Parameter, Place,
     Quantity, Role, Scale, catalogue, find,
 };
 use std::fmt::Write as _;
@@ -13,6 +13,9 @@ const KNOTS_KEY: &str = "knots";
 
 /// More effects than a diagnosis fits by far; bounds the work on a hostile document.
 const MOST_EFFECTS: usize = 64;
+
+const LAMINAR_KEY: &str = "laminar_below_m3_s";
+const INDEX_KEY: &str = "laminar_flow_index";
 
 /// Writes the table; parameters go by their names in the catalogue.
 pub(crate) fn write_augmented(text: &mut String, model: &AugmentedModel) -> std::fmt::Result {
@@ -28,6 +31,14 @@ pub(crate) fn write_augmented(text: &mut String, model: &AugmentedModel) -> std:
         float(curves.scale.flow_m3_s),
         float(curves.scale.speed_pct)
     )?;
+    if let Some(laminar) = curves.scale.laminar {
+        writeln!(
+            text,
+            "{LAMINAR_KEY} = {} # the line's flow\n{INDEX_KEY} = {} # power of the flow that its friction then goes with",
+            float(laminar.below_m3_s),
+            float(laminar.index)
+        )?;
+    }
     writeln!(text, "friction = {} # Pa", list(&curves.friction))?;
     writeln!(text, "head = {} # Pa", list(&curves.head))?;
     let range = |(low, high): (f64, f64)| list(&[low, high]);
@@ -97,6 +108,13 @@ pub(crate) fn read_augmented(section: &Section<'_, '_>) -> Option<AugmentedModel
         None
     };
     let (flow_m3_s, speed_pct) = (scale("flow_scale_m3_s"), scale("speed_scale_pct"));
+    let laminar = match section.get(LAMINAR_KEY) {
+        Some(_) => match (scale(LAMINAR_KEY), scale(INDEX_KEY)) {
+            (Some(below_m3_s), Some(index)) => Some(Some(Laminar { below_m3_s, index })),
+            _ => None,
+        },
+        None => Some(None),
+    };
     let friction = numbers(section, "friction");
     let head = numbers(section, "head");
     let range = |key| {
@@ -121,6 +139,7 @@ pub(crate) fn read_augmented(section: &Section<'_, '_>) -> Option<AugmentedModel
             scale: Scale {
                 flow_m3_s: flow_m3_s?,
                 speed_pct: speed_pct?,
+                laminar: laminar?,
             },
             friction: friction?,
             head: head?,

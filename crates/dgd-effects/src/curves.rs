@@ -14,13 +14,38 @@ pub const HEAD_POWERS: usize = 8;
 /// Terms of [`head_terms`].
 pub const HEAD_TERMS: usize = HEAD_POWERS + HEAD_BUMPS;
 
-/// Flow and speed that the curves are scaled by.
+/// Flow and speed that the curves are scaled by, and the regime of the line's flow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     /// Flow, m³/s.
     pub flow_m3_s: f64,
     /// Speed, %.
     pub speed_pct: f64,
+    /// How the line's flow is laminar where it is slow; `None` where all of it is turbulent.
+    pub laminar: Option<Laminar>,
+}
+
+/// Laminar flow of viscous mud in the line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Laminar {
+    /// Flow about which it turns turbulent, m³/s.
+    pub below_m3_s: f64,
+    /// Power of the flow that friction goes with: the flow index of the mud, 1 of a Newtonian one and less of one that thins under shear (Metzner and
+    /// Reed, AIChE J. 1, 1955).
+    pub index: f64,
+}
+
+impl Laminar {
+    /// Share of the line's flow that is turbulent at a flow, m³/s: a tenth at Reynolds numbers of 2300, nine tenths at 4000.
+    fn turbulent(&self, q: f64) -> f64 {
+        // By powers of the flow, as Churchill (Chem. Eng. 84, 1977) joins the regimes.
+        let ratio = (q.max(0.0) / self.below_m3_s).powi(8);
+        if ratio.is_finite() {
+            ratio / (1.0 + ratio)
+        } else {
+            1.0
+        }
+    }
 }
 
 /// Smooth bumps of unit height, equally far apart.
@@ -80,12 +105,22 @@ impl Bumps {
     }
 }
 
-/// Friction of the line at a flow q, m³/s: B while the mud moves, and q to the powers 1, 1.75 (Blasius), 2, 3; then bumps in flow.
+/// Friction of the line at a flow q, m³/s: B while the mud moves, and q to the powers 1, 1.75 (Blasius), 2, 3; then bumps in flow. Where
+/// flow may be laminar, its law stands in the place of the first power (Hagen and Poiseuille), and the next two are those of the share that is turbulent.
 pub fn friction_terms(q: f64, scale: Scale) -> [f64; FRICTION_TERMS] {
     let z = (q / scale.flow_m3_s).max(0.0);
     let moving = if q > STANDING_M3_S { 1.0 } else { 0.0 };
     let mut out = [0.0; FRICTION_TERMS];
-    out[..5].copy_from_slice(&[moving, z, z * z.sqrt() * z.sqrt().sqrt(), z * z, z * z * z]);
+    let [blasius, rough] = [z * z.sqrt() * z.sqrt().sqrt(), z * z];
+    out[..5].copy_from_slice(&[moving, z, blasius, rough, z * z * z]);
+    if let Some(laminar) = scale.laminar {
+        let turbulent = laminar.turbulent(q);
+        out[1..4].copy_from_slice(&[
+            (1.0 - turbulent) * z.powf(laminar.index),
+            turbulent * blasius,
+            turbulent * rough,
+        ]);
+    }
     if moving > 0.0 {
         out[5..].copy_from_slice(&FRICTION_BUMP.at::<FRICTION_BUMPS>(z));
     }
@@ -137,7 +172,37 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bumps, FRICTION_BUMP, HEAD_BUMP};
+    use super::{Bumps, FRICTION_BUMP, HEAD_BUMP, Laminar, Scale, friction_terms};
+
+    #[test]
+    fn laminar_flow_follows_its_own_law_up_to_where_it_turns_turbulent() {
+        let turbulent = Scale {
+            flow_m3_s: 0.04,
+            speed_pct: 60.0,
+            laminar: None,
+        };
+        let of = |index: f64| Scale {
+            laminar: Some(Laminar {
+                below_m3_s: 0.02,
+                index,
+            }),
+            ..turbulent
+        };
+        let [slow, at, fast] = [0.008, 0.02, 0.06].map(|q| friction_terms(q, of(0.8)));
+        assert!((slow[1] - 0.2_f64.powf(0.8)).abs() < 1e-3 && slow[2] < 1e-3 && slow[3] < 1e-3);
+        assert!(fast[1] < 1e-3 && (fast[3] - 2.25).abs() < 1e-3);
+        // Half and half at the transition.
+        assert!((at[1] - 0.5 * 0.5_f64.powf(0.8)).abs() < 1e-12 && (at[3] - 0.125).abs() < 1e-12);
+        // All else is as it is in turbulent flow.
+        for q in [0.0, 0.008, 0.02, 0.06] {
+            let (laminar, other) = (friction_terms(q, of(1.0)), friction_terms(q, turbulent));
+            assert_eq!((laminar[0], &laminar[4..]), (other[0], &other[4..]));
+            assert!((0.0..=1.0).contains(&(laminar[1] / other[1].max(1e-300))));
+        }
+        // However far from it.
+        assert!(friction_terms(1e300, of(1.0))[1].is_finite());
+        assert_eq!(friction_terms(-0.01, of(1.0))[1], 0.0);
+    }
 
     #[test]
     fn bumps_are_those_worked_out_one_by_one() {

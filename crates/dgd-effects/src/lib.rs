@@ -24,7 +24,7 @@ pub use augmented::{
 pub use catalogue::{catalogue, find, told_apart_by, unknown};
 pub use correction::{Curve, KNOTS, Place, Quantity};
 pub use curves::{
-    Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Scale, friction_terms, head_terms,
+    Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Laminar, Scale, friction_terms, head_terms,
 };
 pub use dgd_recording::STANDING_M3_S;
 pub use effect::{

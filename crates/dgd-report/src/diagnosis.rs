@@ -41,7 +41,7 @@ type Write = fn(&Diagnosis, &mut Html);
 /// # use dgd_effects::{AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Noise, Scale, Setting};
 /// # let model = AugmentedModel {
 /// #     curves: Curves {
-/// #         scale: Scale { flow_m3_s: 0.05, speed_pct: 50.0 },
+/// #         scale: Scale { flow_m3_s: 0.05, speed_pct: 50.0, laminar: None },
 /// #         friction: [0.0; FRICTION_TERMS],
 /// #         head: [0.0; HEAD_TERMS],
 /// #     },

@@ -17,6 +17,7 @@ fn twins(effects: Vec<AppliedEffect>) -> Bench {
     let scale = Scale {
         flow_m3_s: 0.05,
         speed_pct: 50.0,
+        laminar: None,
     };
     let (q, w) = (scale.flow_m3_s, scale.speed_pct);
     let weight = model.density_kg_m3 * 9.806_65;

@@ -35,6 +35,16 @@ pub(super) fn settings(
             listed(seldom.collect(), "no channel"),
         ),
         (
+            "friction curve",
+            match record.laminar {
+                Some(laminar) => format!(
+                    "laminar below {:.0} L/min, with the flow to the power of {}",
+                    6e4 * laminar.below_m3_s, laminar.index
+                ),
+                None => "turbulent".to_owned(),
+            },
+        ),
+        (
             "suction loss",
             match record.suction_heads {
                 Some(heads) => format!("{heads:.2} velocity heads of the return line"),

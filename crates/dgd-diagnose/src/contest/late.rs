@@ -2,6 +2,7 @@
 
 use super::{Contender, hurdle};
 use crate::cores::apiece;
+use crate::noisier::owed_to_meter_noise;
 use crate::numbers::product;
 use crate::record::Record;
 use crate::relations::{Applied, blurred};
@@ -10,6 +11,7 @@ use crate::tangent::Tangent;
 use crate::timing::{is_late_meter, retimed};
 use dgd_effects::Role;
 use rayon::prelude::*;
+use tracing::debug;
 
 /// Makes the claims of late meters comparable. Each was timed together with every allowance, so their evidence tells them apart once what
 /// a lag loses is added back. All are credited with the most that any of them gains by bending: bending further is no evidence.
@@ -101,6 +103,30 @@ pub(super) fn retime(
             c.formed = c.evidence;
         }
     });
+}
+
+/// Takes from late meters that stand out what they owe to the meter's noise.
+pub(super) fn take_off_what_noise_brings(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    contenders: &mut [Contender],
+) {
+    /// E-folds beyond which a late meter owes too little to it to matter: what noise alone brought was a hundred at the most. Set by hand.
+    const BEYOND_DOUBT: f64 = 400.0;
+    let mut late: Vec<&mut Contender> = (contenders.iter_mut())
+        .filter(|c| stands_late(record, c) && c.evidence < BEYOND_DOUBT)
+        .collect();
+    if late.is_empty() {
+        return;
+    }
+    let effects: Vec<Applied> = late.iter().map(|c| c.best.applied.clone()).collect();
+    let owed = owed_to_meter_noise(record, gate, state, &effects);
+    for (c, owed) in late.iter_mut().zip(owed) {
+        debug!("{} owes {owed:.1} to the meter's noise", c.id());
+        c.evidence -= owed;
+        c.formed -= owed;
+    }
 }
 
 /// An effect in each of the forms that are tried of it, its strength as it is.

@@ -254,6 +254,7 @@ fn what_answers_late_changes_the_head_by_its_rate_and_nothing_else() {
         scale: Scale {
             flow_m3_s: 0.06,
             speed_pct: 60.0,
+            laminar: None,
         },
         friction: [1e5; FRICTION_TERMS],
         head,

@@ -120,9 +120,11 @@ impl Footprint {
                 .collect();
             let own = &state[one.place];
             let knots = own.is_correction() && seen_curve(own).is_none();
+            // A shift that the other transmitter tells has no form to want.
+            let told = own.effect.about().sensor().is_some() && record.outlets.len() == 2;
             Self {
                 rows,
-                evidence: one.evidence,
+                evidence: if told { 0.0 } else { one.evidence },
                 bent: one.bent,
                 knots,
             }

@@ -11,13 +11,26 @@ use crate::numbers::mean;
 use crate::record::Record;
 use crate::relations::{Applied, Blocks, Rows};
 use crate::vectors::{Column, MANY, Sparse};
-use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, friction_terms, head_terms};
+use dgd_effects::{FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Scale, friction_terms, head_terms};
 use dgd_recording::{Rank, quantile};
 use std::sync::Arc;
 
 /// Prior widths of the friction terms, Pa at the scale's flow: intercept and linear term are physics, not curve.
 pub(crate) const FRICTION_PRIOR_PA: [f64; FRICTION_TERMS] =
     [3.0e3, 4.0e3, 1e8, 1e8, 4.0e3, 2e3, 2e3, 2e3, 2e3, 2e3];
+/// Prior widths of the friction terms, Pa at the scale's flow. Of a line in which flow may be laminar, whose law stands in the second term, as wide as any
+/// law's; and wide bumps, for flow between the regimes is irregular.
+pub(super) fn friction_priors(scale: Scale) -> [f64; FRICTION_TERMS] {
+    /// By what bumps are wider then. Set by hand.
+    const IRREGULAR: f64 = 10.0;
+    let mut widths = FRICTION_PRIOR_PA;
+    if scale.laminar.is_some() {
+        widths[1] = widths[2];
+        widths[5..].iter_mut().for_each(|width| *width *= IRREGULAR);
+    }
+    widths
+}
+
 /// Prior widths of the head terms, Pa at the scale: an offset within accuracy, the parabola as a share of the lift, terms of
 /// another degree than the second, which break the affinity laws, small, then bumps.
 const HEAD_OFFSET_PA: f64 = 3.0e3;
@@ -107,7 +120,7 @@ impl Columns {
             friction_terms(blocks.flow[b], scale).map(|v| v * blocks.friction_factor[b])
         });
         out.whitened.extend(bends(Section::Friction, friction));
-        for (a, width) in FRICTION_PRIOR_PA.into_iter().enumerate() {
+        for (a, width) in friction_priors(scale).into_iter().enumerate() {
             out.means.push(0.0);
             out.widths.push(width * wide(a));
         }

@@ -1,6 +1,6 @@
 //! The curves that lead to the linearisation, and what they leave over.
 
-use super::columns::{FRICTION_PRIOR_PA, head_priors};
+use super::columns::{friction_priors, head_priors};
 use crate::cores::both;
 use crate::layout::Layout;
 use crate::numbers::spread;
@@ -17,7 +17,7 @@ pub(super) fn robust_curves(rows: &Rows, b: &Blocks, scale: Scale) -> Curves {
             &rows.friction,
             &b.drop,
             |k| friction_terms(b.flow[k], scale).map(|v| v * b.friction_factor[k]),
-            &FRICTION_PRIOR_PA,
+            &friction_priors(scale),
         )
     };
     let head = || {

@@ -42,6 +42,7 @@ impl Frame {
         let scale = Scale {
             flow_m3_s: upper(&record.flow)?.max(LEAST_FLOW_M3_S),
             speed_pct: upper(&record.speed)?.max(LEAST_SPEED_PCT),
+            laminar: record.laminar,
         };
         let enough = |valid: &[bool]| valid.iter().filter(|v| **v).count() >= LEAST_ROWS;
         if !enough(&rows.friction) || !enough(&rows.head) {

@@ -6,8 +6,8 @@ use dgd_documents::{
     write_model_document,
 };
 use dgd_effects::{
-    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Parameter, Place, Quantity,
-    Role, Scale, catalogue, find, unknown,
+    AppliedEffect, AugmentedModel, Curves, FRICTION_TERMS, HEAD_TERMS, Laminar, Parameter, Place,
+    Quantity, Role, Scale, catalogue, find, unknown,
 };
 use proptest::prelude::*;
 
@@ -25,6 +25,7 @@ fn augmented(effects: Vec<AppliedEffect>) -> AugmentedModel {
             scale: Scale {
                 flow_m3_s: 0.06,
                 speed_pct: 55.0,
+                laminar: None,
             },
             friction: [1e4; FRICTION_TERMS],
             head: [-2.5e3; HEAD_TERMS],
@@ -452,6 +453,7 @@ fn any_augmented() -> impl Strategy<Value = AugmentedModel> {
     let range = || (finite(), finite()).prop_map(|(a, b)| if a <= b { (a, b) } else { (b, a) });
     (
         (1e-300..1e300_f64, 1e-300..1e300_f64),
+        proptest::option::of((1e-300..1e300_f64, 1e-300..1e300_f64)),
         proptest::collection::vec(finite(), FRICTION_TERMS),
         proptest::collection::vec(finite(), HEAD_TERMS),
         range(),
@@ -462,6 +464,7 @@ fn any_augmented() -> impl Strategy<Value = AugmentedModel> {
         .prop_map(
             |(
                 (flow_m3_s, speed_pct),
+                laminar,
                 friction,
                 head,
                 speed_range_pct,
@@ -474,6 +477,8 @@ fn any_augmented() -> impl Strategy<Value = AugmentedModel> {
                         scale: Scale {
                             flow_m3_s,
                             speed_pct,
+                            laminar: laminar
+                                .map(|(below_m3_s, index)| Laminar { below_m3_s, index }),
                         },
                         friction: friction.try_into().unwrap(),
                         head: head.try_into().unwrap(),
@@ -497,6 +502,33 @@ fn base() -> impl Strategy<Value = Base> {
             geometry
         }),
     ]
+}
+
+#[test]
+fn laminar_flow_needs_both_of_its_numbers() {
+    let scale = "speed_scale_pct = 55.0\n";
+    let with = |lines: &str| {
+        read_model_document(&example().replacen(scale, &format!("{scale}{lines}"), 1))
+    };
+    let (read, warnings) = with("laminar_below_m3_s = 0.02\nlaminar_flow_index = 0.8\n").unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let laminar = read.augmented.unwrap().curves.scale.laminar.unwrap();
+    assert_eq!((laminar.below_m3_s, laminar.index), (0.02, 0.8));
+    for (lines, told) in [
+        ("laminar_below_m3_s = 0.02\n", "laminar_flow_index"),
+        (
+            "laminar_below_m3_s = -0.02\nlaminar_flow_index = 0.8\n",
+            "laminar_below_m3_s",
+        ),
+        (
+            "laminar_below_m3_s = 0.02\nlaminar_flow_index = 0\n",
+            "laminar_flow_index",
+        ),
+    ] {
+        let error = with(lines).unwrap_err();
+        assert_eq!(error.problems.len(), 1, "{error}");
+        assert!(error.to_string().contains(told), "{error}");
+    }
 }
 
 proptest! {

@@ -46,7 +46,7 @@ static ABOUT: About = About {
             name: "mixing",
             meaning: "mixed volume / mud volume in the riser",
             role: Role::Shape(&[0.25, 0.7]),
-            low: 0.1,
+            low: 0.01,
             high: 3.0,
             usual: 0.7,
             // What is there at once has not been pumped through the riser.

@@ -140,6 +140,7 @@ pub(crate) fn model(effects: &[(&str, &[f64])]) -> AugmentedModel {
             scale: Scale {
                 flow_m3_s: 0.05,
                 speed_pct: 100.0,
+                laminar: None,
             },
             friction,
             head,

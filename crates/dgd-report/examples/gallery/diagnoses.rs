@@ -506,6 +506,7 @@ fn model() -> AugmentedModel {
             scale: Scale {
                 flow_m3_s: 0.05,
                 speed_pct: 60.0,
+                laminar: None,
             },
             friction: [1e4; FRICTION_TERMS],
             head: [1e4; HEAD_TERMS],

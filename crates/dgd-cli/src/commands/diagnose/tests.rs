@@ -84,6 +84,7 @@ fn diagnosis(findings: Vec<Finding>) -> Diagnosis {
             scale: Scale {
                 flow_m3_s: 0.06,
                 speed_pct: 55.0,
+                laminar: None,
             },
             friction: [1.0; FRICTION_TERMS],
             head: [2.0; HEAD_TERMS],
