@@ -122,8 +122,8 @@ pub(crate) fn late_flows(record: &Record, layout: Layout) -> [Vec<f64>; 2] {
     })
 }
 
-/// Standard deviation that each row has beyond white noise, in its unit: of timing, of starts, and of the noise of flow and speed through the
-/// curves.
+/// Standard deviation that each row has beyond white noise, in its unit: of timing, of starts, of the noise of flow and speed through the
+/// curves, and of an inlet pressure that is read coarsely.
 pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layout) -> Vec<f64> {
     let mut unrest = Unrest {
         record,
@@ -238,7 +238,7 @@ impl Unrest<'_> {
                 .map(|i| finite_or_0((b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs()))
                 .sum();
             let moved = pumped(&filled.mud_pump) + pumped(&filled.booster) + line;
-            self.sd[first + k] = TIMING_S * moved / over_s;
+            self.sd[first + k] = (TIMING_S * moved / over_s).hypot(self.record.coarse_m3_s);
         }
     }
 }

@@ -302,6 +302,7 @@ mod tests {
             },
             dt_s: DT_S,
             speed_error_pct: 0.05,
+            coarse_m3_s: 0.0,
             outlets: vec![outlet.clone(), outlet.iter().map(|p| p + 2e3).collect()],
             filled: Filled {
                 mud_pump: mud_pump.clone(),

@@ -228,7 +228,10 @@ impl Whitening {
         let valid = self.valid[rows.clone()].to_vec();
         let values = high_pass(&residual[rows.clone()], &valid, REACH);
         let unrest = &unrest[rows];
-        let scale = spread(calm(&values, &valid, unrest, CALM_M3_S)).clamp(LEAST_M3_S, MOST_M3_S);
+        // What every row has is no timing.
+        let every = unrest.iter().copied().fold(MOST_M3_S, f64::min);
+        let calm = calm(&values, &valid, unrest, CALM_M3_S + every);
+        let scale = spread(calm).clamp(LEAST_M3_S, MOST_M3_S);
         self.weigh(
             Section::Balance,
             &values,

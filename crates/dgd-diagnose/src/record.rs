@@ -13,6 +13,7 @@ use dgd_identify::Prepared;
 use dgd_recording::{Channel, Rank, Recording, SLOWEST_S, Well, held_for, quantile, readings};
 use dgd_replay::fill_gaps;
 use dgd_units::{STANDARD_ATMOSPHERE_PA, STANDARD_GRAVITY_M_S2};
+use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -54,6 +55,8 @@ pub(crate) struct Record {
     pub laminar: Option<Laminar>,
     /// What a block of the reading may be off by, %: part of its quantum, and its noise.
     pub speed_error_pct: f64,
+    /// What the balance of a row may be off by as the inlet pressure is rounded, m³/s.
+    pub coarse_m3_s: f64,
     pub inlet: Vec<f64>,
     /// The first two inlet transmitters; one where there is one.
     pub inlets: Vec<Vec<f64>>,
@@ -166,6 +169,14 @@ impl Record {
         let setting = slow.setting(well, prepared, dt_s);
         let speed_noise_pct = setting.noise.speed_pct / (per_block as f64).sqrt();
         let rounded_pct = SPEED_QUANTA * quantum(&recording.pump_speed_pct, step_s);
+        let coarse_m3_s = {
+            let inlet_pa = &prepared.inlet_pressure_pa;
+            // At both edges of a row.
+            let noise_pa = setting.noise.inlet_pa * (fold as f64).sqrt();
+            let rounded_pa = 2.0_f64.sqrt() * rounding(quantum(inlet_pa, step_s), noise_pa);
+            let row_s = dt_s * (per_block * BALANCE_BLOCKS) as f64;
+            riser_m3_per_pa(&setting) * rounded_pa / row_s
+        };
         let (told_flow, told_outlet) = (bridged(&flow), bridged(&outlet));
         let told_speed = stopping_with_the_flow(&speed, &told_flow, &told_outlet, dt_s);
         let filled = Filled {
@@ -225,6 +236,7 @@ impl Record {
             laminar: None,
             speed: thin(&without_seldom_rest(&recording.pump_speed_pct, step_s)),
             speed_error_pct: speed_noise_pct.hypot(rounded_pct),
+            coarse_m3_s,
             inlet,
             inlets: both(&recording.pump_inlet_pressure_pa),
             riser,
@@ -269,13 +281,27 @@ impl Record {
 
     /// What a pascal at the pump inlet is worth in the riser, m³.
     pub(crate) fn riser_m3_per_pa(&self) -> f64 {
-        let s = &self.setting;
-        s.riser_area_m2 / (s.density_kg_m3 * STANDARD_GRAVITY_M_S2)
+        riser_m3_per_pa(&self.setting)
     }
 
     /// Inertia of the line, Pa/(m³/s²).
     pub(crate) fn inertia(&self) -> f64 {
         self.setting.density_kg_m3 * self.setting.line_length_m / self.setting.line_area_m2
+    }
+}
+
+/// What a pascal at the pump inlet is worth in the riser, m³.
+fn riser_m3_per_pa(s: &Setting) -> f64 {
+    s.riser_area_m2 / (s.density_kg_m3 * STANDARD_GRAVITY_M_S2)
+}
+
+/// Standard deviation of what rounding to a quantum leaves of a mean: noise that crosses quanta averages it out (Widrow and Kollár, Quantization Noise, 2008).
+fn rounding(quantum: f64, noise: f64) -> f64 {
+    let ratio = noise / quantum;
+    if quantum > 0.0 {
+        quantum / 12.0_f64.sqrt() * (-2.0 * PI * PI * ratio * ratio).exp()
+    } else {
+        0.0
     }
 }
 

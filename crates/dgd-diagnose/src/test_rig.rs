@@ -115,6 +115,7 @@ pub(crate) fn steady(blocks: usize) -> Record {
         setting: setting((0.0, DT_S * n as f64)),
         dt_s: DT_S,
         speed_error_pct: 0.0,
+        coarse_m3_s: 0.0,
         riser: None,
         inlets: Vec::new(),
         outlets: vec![all(184e5)],
@@ -225,6 +226,8 @@ pub(crate) struct Hidden {
     pub influx_m3_s: f64,
     /// How much later the same comes again, s; 0: it does not.
     pub again_s: f64,
+    /// How much further than else the flow's levels lie from 0.045 m³/s, as a share.
+    pub further: f64,
 }
 
 /// Onset, duration, and the share of it in which the influx rises.
@@ -251,7 +254,8 @@ pub(crate) fn drilled_through(hidden: Hidden, curves: &Curves) -> Record {
             let at = 240.0 * (k + 1) as f64;
             0.5 * (w[1] - w[0]) * (1.0 + ((t - at) / 8.0).tanh())
         });
-        LEVELS[0] + steps.sum::<f64>()
+        let level = LEVELS[0] + steps.sum::<f64>();
+        level + hidden.further * (level - 0.045)
     };
     let pumped = |t: f64| flow(t + 20.0);
     let inflow = |t: f64| pumped(t) + hidden_rate(hidden, t);

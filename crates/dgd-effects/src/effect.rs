@@ -97,6 +97,8 @@ pub enum End {
     Low,
     /// [`Parameter::high`].
     High,
+    /// Both.
+    Either,
 }
 
 impl Parameter {
@@ -110,10 +112,12 @@ impl Parameter {
     #[must_use]
     pub fn is_strange(&self, value: f64) -> bool {
         let near = 0.01 * (self.high - self.low);
+        let (low, high) = (value <= self.low + near, value >= self.high - near);
         match self.strange {
             None => false,
-            Some(End::Low) => value <= self.low + near,
-            Some(End::High) => value >= self.high - near,
+            Some(End::Low) => low,
+            Some(End::High) => high,
+            Some(End::Either) => low || high,
         }
     }
 

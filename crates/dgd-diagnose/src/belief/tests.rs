@@ -52,8 +52,20 @@ fn a_form_at_its_strange_end_is_four_times_likelier_something_else() {
         doubt(&mut one);
         one.probability < 0.5
     };
-    assert!(strange("mud_density_change", &[20.0, 3600.0, 0.1, 1.0]));
-    assert!(!strange("mud_density_change", &[20.0, 3600.0, 3.0, 1.0]));
+    for (mixing, share, seems) in [
+        (0.01, 1.0, true),
+        (0.1, 1.0, false),
+        (1.9, 1.0, false),
+        (2.0, 1.0, true),
+        (0.5, 0.05, true),
+        (0.5, 1.5, false),
+    ] {
+        assert_eq!(
+            strange("mud_density_change", &[20.0, 3600.0, mixing, share]),
+            seems,
+            "{mixing} {share}"
+        );
+    }
     assert!(strange("viscosity_drift", &[0.3, 3.0]));
     assert!(!strange("viscosity_drift", &[0.3, -0.9]));
     // Fitted anew beside another cause, an annulus has come to what none is.

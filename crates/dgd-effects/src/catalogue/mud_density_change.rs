@@ -47,19 +47,21 @@ static ABOUT: About = About {
             meaning: "mixed volume / mud volume in the riser",
             role: Role::Shape(&[0.25, 0.7]),
             low: 0.01,
-            high: 3.0,
+            high: 2.0,
             usual: 0.7,
-            // What is there at once has not been pumped through the riser.
-            strange: Some(End::Low),
+            // What is there at once has not been pumped through the riser, and what comes over hours has stirred more than that.
+            strange: Some(End::Either),
             ..Parameter::BASE
         },
         Parameter {
             name: "column_share",
             meaning: "share of the mud above the pump inlet that changes density",
             role: Role::Shape(&[0.3, 1.0]),
-            low: 0.0,
+            low: 0.05,
             high: 1.5,
             usual: 0.5,
+            // What fills the line has come through the riser.
+            strange: Some(End::Low),
             ..Parameter::BASE
         },
     ],
