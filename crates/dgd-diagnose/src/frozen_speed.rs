@@ -97,6 +97,87 @@ pub(crate) fn stopping_with_the_flow(
     out
 }
 
+/// A speed without the part of a rest that follows the step it rests over: the reading froze, and told that step when it was released.
+///
+/// A pump answers its speed within seconds, and where its lift changes little by at least the same share of its flow (affinity). A step at the end of a rest that the
+/// flow does not answer, while it took such a step within the rest and kept it, is told late.
+///
+/// - `speed_pct` and `flow_m3_s`: as they are read, `step_s` apart. Shape `(n,)` each.
+/// - `noise_m3_s`: of one reading of the flow.
+pub(crate) fn without_late_steps(
+    speed_pct: &[f64],
+    flow_m3_s: &[f64],
+    noise_m3_s: f64,
+    step_s: f64,
+) -> Vec<f64> {
+    /// Time over which the flow is averaged on either side of a step, and which it takes to answer, s. Set by hand.
+    const OVER_S: f64 = 8.0;
+    const ANSWERS_S: f64 = 3.0;
+    /// Longest time by which a step is told late, s. Set by hand.
+    const LATE_S: f64 = 600.0;
+    /// Share of a step that the flow takes at the most where it does not answer, and at the least where it does. Set by hand.
+    const UNANSWERED: f64 = 0.3;
+    const ANSWERED: f64 = 0.8;
+    /// Standard deviations of a difference of two means that a step must be worth. Set by hand.
+    const TELLS: f64 = 5.0;
+    let [over, answers, longest] = [OVER_S, ANSWERS_S, LATE_S].map(|s| whole(s / step_s).max(1));
+    let sums: Vec<f64> = std::iter::once(0.0)
+        .chain(flow_m3_s.iter().scan(0.0, |sum, q| {
+            *sum += if q.is_finite() { *q } else { 0.0 };
+            Some(*sum)
+        }))
+        .collect();
+    let known: Vec<usize> = std::iter::once(0)
+        .chain(flow_m3_s.iter().scan(0, |count, q| {
+            *count += usize::from(q.is_finite());
+            Some(*count)
+        }))
+        .collect();
+    let mean = |from: usize, to: usize| (sums[to] - sums[from]) / (known[to] - known[from]) as f64;
+    let n = speed_pct.len().min(flow_m3_s.len());
+    // NaN where nothing is known on a side.
+    let before = |i: usize| mean(i.saturating_sub(over), i);
+    let after = |i: usize| mean((i + answers).min(n), (i + answers + over).min(n));
+    let mut out = speed_pct.to_vec();
+    for rest in runs(&speed_pct[..n]) {
+        let end = rest.end;
+        let (Some(next), rested) = (speed_pct.get(end), speed_pct[rest.start]) else {
+            continue;
+        };
+        let long_enough = rest.len() > 2 * (over + answers);
+        if !long_enough || !(rested > STANDING_PCT && *next > STANDING_PCT) || end >= n {
+            continue;
+        }
+        let least = (next / rested - 1.0) * before(end);
+        let share = |i: usize| (after(i) - before(i)) / least;
+        let noise = noise_m3_s * (2.0 / over as f64).sqrt();
+        // Written so that what is not known is passed over too.
+        if !(least.abs() > TELLS * noise && share(end).abs() < UNANSWERED) {
+            continue;
+        }
+        // Just after a step of its own the flow answers that.
+        let came = rest
+            .start
+            .checked_sub(1)
+            .map_or(0.0, |i| rested - speed_pct[i]);
+        let own = if came.abs() > 0.5 * (next - rested).abs() {
+            over + answers
+        } else {
+            0
+        };
+        let first = (rest.start + own).max(end.saturating_sub(longest));
+        let last = end - over - answers;
+        let kept = |i: usize| (before(end) - before(i)) / least > ANSWERED;
+        let told = (first..last)
+            .filter(|i| share(*i) > ANSWERED && kept(*i))
+            .max_by(|a, b| share(*a).total_cmp(&share(*b)));
+        if let Some(step) = told {
+            out[step.saturating_sub(answers)..end].fill(f64::NAN);
+        }
+    }
+    out
+}
+
 /// Runs of equal values.
 fn runs(values: &[f64]) -> impl Iterator<Item = Range<usize>> {
     let mut start = 0;

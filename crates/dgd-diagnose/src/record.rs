@@ -2,7 +2,9 @@
 
 use crate::ablation::Step;
 use crate::cost::Tally;
-use crate::frozen_speed::{quantum, stopping_with_the_flow, without_seldom_rest};
+use crate::frozen_speed::{
+    quantum, stopping_with_the_flow, without_late_steps, without_seldom_rest,
+};
 use crate::layout::BALANCE_BLOCKS;
 use crate::numbers::{bridged, mean, whole};
 use crate::stops::{Readings, Stop, stops};
@@ -193,12 +195,19 @@ impl Record {
         let head_pa = |i: usize| velocity_head_pa(&setting, filled.flow[i]);
         let suction_heads =
             (riser.as_deref()).and_then(|riser| heads_lost(&inlet, riser, head_pa, dt_s));
+        let noise_m3_s = setting.noise.flow_m3_s * (fold as f64).sqrt();
+        let told_speeds = without_late_steps(
+            &without_seldom_rest(&recording.pump_speed_pct, step_s),
+            &recording.return_flow_m3_s,
+            noise_m3_s,
+            step_s,
+        );
         let stop_readings = Readings {
             step_s,
             speed_pct: &recording.pump_speed_pct,
             flow_m3_s: &recording.return_flow_m3_s,
             outlet_pa: &prepared.outlet_pressure_pa,
-            noise_m3_s: setting.noise.flow_m3_s * (fold as f64).sqrt(),
+            noise_m3_s,
             per_block: fold * per_block,
         };
         let of_stops = [
@@ -234,7 +243,7 @@ impl Record {
             topfill,
             flow,
             laminar: None,
-            speed: thin(&without_seldom_rest(&recording.pump_speed_pct, step_s)),
+            speed: thin(&told_speeds),
             speed_error_pct: speed_noise_pct.hypot(rounded_pct),
             coarse_m3_s,
             inlet,

@@ -2,7 +2,7 @@
 
 mod lengths;
 
-use super::{quantum, stopping_with_the_flow, without_seldom_rest};
+use super::{quantum, stopping_with_the_flow, without_late_steps, without_seldom_rest};
 use dgd_effects::STANDING_M3_S;
 
 /// A set-point that moves by a tenth now and then: at sample i if `moves(i)`.
@@ -111,4 +111,72 @@ fn a_stop_that_a_frozen_speed_tells_late_begins_where_the_flow_ends() {
         let told = stopping_with_the_flow(&speed, &vec![0.0; 1500], &outlet, 2.0);
         assert_eq!(told, speed);
     }
+}
+
+/// A speed that an operator steps from 60 to 62 % at 500 s and that is told so late, and a flow that follows it within three seconds.
+fn stepped(late: usize, flow: impl Fn(usize) -> f64) -> (Vec<f64>, Vec<f64>) {
+    let speed = (0..1500).map(|i| if i < 500 + late { 60.0 } else { 62.0 });
+    let noise = |i: usize| 2e-5 * (digit(i) as f64 - 4.5);
+    (
+        speed.collect(),
+        (0..1500).map(|i| flow(i) + noise(i)).collect(),
+    )
+}
+
+fn answer(i: usize) -> f64 {
+    0.04 + if i < 503 { 0.0 } else { 0.004 }
+}
+
+#[test]
+fn a_step_that_the_flow_took_before_is_told_late() {
+    let (speed, flow) = stepped(150, answer);
+    let told = without_late_steps(&speed, &flow, 6e-5, 1.0);
+    let gone: Vec<usize> = (0..speed.len()).filter(|i| told[*i].is_nan()).collect();
+    // From about the flow's step to the reading's.
+    assert!(
+        gone.first().is_some_and(|i| (485..505).contains(i)),
+        "{gone:?}"
+    );
+    assert_eq!(gone.last(), Some(&649));
+    assert_eq!(gone.len(), 650 - gone[0]);
+    // Slower readings as well.
+    let thinned = |values: &[f64]| -> Vec<f64> { values.iter().step_by(2).copied().collect() };
+    assert!(
+        blanked(&without_late_steps(
+            &thinned(&speed),
+            &thinned(&flow),
+            6e-5,
+            2.0
+        )) > 60
+    );
+}
+
+#[test]
+fn a_step_that_the_flow_answers_or_never_took_is_told_in_time() {
+    let whole = |(speed, flow): (Vec<f64>, Vec<f64>)| {
+        assert_eq!(blanked(&without_late_steps(&speed, &flow, 6e-5, 1.0)), 0);
+    };
+    whole(stepped(0, answer));
+    // It answers by a lag of half a minute, or not at all.
+    whole(stepped(0, |i| {
+        0.04 + 0.004 * (1.0 - (-(i.saturating_sub(500) as f64) / 30.0).exp())
+    }));
+    whole(stepped(150, |_| 0.04));
+    // What passes, or goes the other way, is no step of the speed.
+    whole(stepped(150, |i| {
+        if (503..560).contains(&i) { 0.044 } else { 0.04 }
+    }));
+    whole(stepped(150, |i| 0.08 - answer(i)));
+    // Nothing is known of a flow that is not read; and a pump that starts is no step.
+    whole(stepped(150, |_| f64::NAN));
+    let (speed, flow) = stepped(150, answer);
+    let starts: Vec<f64> = speed
+        .iter()
+        .map(|w| if *w > 60.0 { 60.0 } else { 0.0 })
+        .collect();
+    whole((starts, flow));
+    // Neither is what is within the noise.
+    let (speed, flow) = stepped(150, answer);
+    assert_eq!(blanked(&without_late_steps(&speed, &flow, 2e-3, 1.0)), 0);
+    whole((Vec::new(), Vec::new()));
 }
