@@ -144,8 +144,8 @@ pub(crate) fn without_late_steps(
         let (Some(next), rested) = (speed_pct.get(end), speed_pct[rest.start]) else {
             continue;
         };
-        let long_enough = rest.len() > 2 * (over + answers);
-        if !long_enough || !(rested > STANDING_PCT && *next > STANDING_PCT) || end >= n {
+        let turns = rested > STANDING_PCT && *next > STANDING_PCT;
+        if rest.len() <= 2 * (over + answers) || !turns {
             continue;
         }
         let least = (next / rested - 1.0) * before(end);
