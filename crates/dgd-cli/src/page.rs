@@ -118,7 +118,7 @@ fn rejected(fitted: &Fitted) -> Table {
         head: vec![
             "Reason".into(),
             "Samples".into(),
-            "Not rejected for an earlier reason".into(),
+            "Rejected for this reason first".into(),
         ],
         rows: rows
             .map(|t| vec![t.name.to_owned(), count(t.total), count(t.first)])

@@ -121,25 +121,12 @@ pub(crate) fn without_late_steps(
     /// Standard deviations of a difference of two means that a step must be worth. Set by hand.
     const TELLS: f64 = 5.0;
     let [over, answers, longest] = [OVER_S, ANSWERS_S, LATE_S].map(|s| whole(s / step_s).max(1));
-    let sums: Vec<f64> = std::iter::once(0.0)
-        .chain(flow_m3_s.iter().scan(0.0, |sum, q| {
-            *sum += if q.is_finite() { *q } else { 0.0 };
-            Some(*sum)
-        }))
-        .collect();
-    let known: Vec<usize> = std::iter::once(0)
-        .chain(flow_m3_s.iter().scan(0, |count, q| {
-            *count += usize::from(q.is_finite());
-            Some(*count)
-        }))
-        .collect();
-    let mean = |from: usize, to: usize| (sums[to] - sums[from]) / (known[to] - known[from]) as f64;
-    let n = speed_pct.len().min(flow_m3_s.len());
-    // NaN where nothing is known on a side.
-    let before = |i: usize| mean(i.saturating_sub(over), i);
-    let after = |i: usize| mean((i + answers).min(n), (i + answers + over).min(n));
+    let flow = Means::of(flow_m3_s);
+    let before = |i: usize| flow.between(i.saturating_sub(over), i);
+    let after = |i: usize| flow.between(i + answers, i + answers + over);
+    let noise = noise_m3_s * (2.0 / over as f64).sqrt();
     let mut out = speed_pct.to_vec();
-    for rest in runs(&speed_pct[..n]) {
+    for rest in runs(speed_pct) {
         let end = rest.end;
         let (Some(next), rested) = (speed_pct.get(end), speed_pct[rest.start]) else {
             continue;
@@ -150,25 +137,17 @@ pub(crate) fn without_late_steps(
         }
         let least = (next / rested - 1.0) * before(end);
         let share = |i: usize| (after(i) - before(i)) / least;
-        let noise = noise_m3_s * (2.0 / over as f64).sqrt();
         // Written so that what is not known is passed over too.
         if !(least.abs() > TELLS * noise && share(end).abs() < UNANSWERED) {
             continue;
         }
         // Just after a step of its own the flow answers that.
-        let came = rest
-            .start
-            .checked_sub(1)
-            .map_or(0.0, |i| rested - speed_pct[i]);
-        let own = if came.abs() > 0.5 * (next - rested).abs() {
-            over + answers
-        } else {
-            0
-        };
+        let came = (rest.start.checked_sub(1)).map_or(0.0, |i| rested - speed_pct[i]);
+        let stepped = came.abs() > 0.5 * (next - rested).abs();
+        let own = if stepped { over + answers } else { 0 };
         let first = (rest.start + own).max(end.saturating_sub(longest));
-        let last = end - over - answers;
         let kept = |i: usize| (before(end) - before(i)) / least > ANSWERED;
-        let told = (first..last)
+        let told = (first..end - over - answers)
             .filter(|i| share(*i) > ANSWERED && kept(*i))
             .max_by(|a, b| share(*a).total_cmp(&share(*b)));
         if let Some(step) = told {
@@ -176,6 +155,31 @@ pub(crate) fn without_late_steps(
         }
     }
     out
+}
+
+/// Running sums of the finite values of a series, and of how many they are.
+struct Means(Vec<(f64, usize)>);
+
+impl Means {
+    fn of(values: &[f64]) -> Self {
+        let mut sums = Vec::with_capacity(values.len() + 1);
+        let (mut sum, mut count) = (0.0, 0);
+        sums.push((sum, count));
+        for value in values {
+            if value.is_finite() {
+                (sum, count) = (sum + value, count + 1);
+            }
+            sums.push((sum, count));
+        }
+        Self(sums)
+    }
+
+    /// The mean from a sample to before another, NaN where none of them is known.
+    fn between(&self, from: usize, to: usize) -> f64 {
+        let at = |i: usize| self.0[i.min(self.0.len() - 1)];
+        let ((low, few), (high, many)) = (at(from), at(to));
+        (high - low) / (many - few) as f64
+    }
 }
 
 /// Runs of equal values.

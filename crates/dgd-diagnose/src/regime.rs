@@ -78,7 +78,10 @@ fn ranges(record: &Record) -> bool {
 /// The likeliest laminar flow, and the evidence for it.
 fn likeliest(record: &Record, tangent: &Tangent) -> Option<(Laminar, f64)> {
     let upper = tangent.curves.scale.flow_m3_s;
-    let weighed = |laminar: Laminar| Some((laminar, tangent.laminar(record, laminar)?));
+    let weighed = |laminar: Laminar| {
+        let evidence = tangent.laminar(record, laminar)?;
+        evidence.is_finite().then_some((laminar, evidence))
+    };
     let more = |a: &(Laminar, f64), b: &(Laminar, f64)| a.1.total_cmp(&b.1);
     let shares = std::iter::successors(Some(LOWEST), |share| Some(share * APART));
     let coarse = shares

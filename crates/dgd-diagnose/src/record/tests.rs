@@ -1,7 +1,7 @@
 //! Claims about what becomes of a screened recording on the working clock.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-use super::{Record, Slow, new_every_s};
+use super::{Record, Slow, new_every_s, rounding};
 use crate::ablation::Step;
 use crate::numbers::{bridged, mean, tails, whole};
 use crate::test_rig::{recorded, steady};
@@ -178,6 +178,30 @@ fn a_block_of_the_speed_may_be_off_by_half_a_quantum_and_its_noise() {
     let white = white.iter().map(|v| 70.0 + 0.05 * v).collect();
     let expected = (0.05 / 5.0_f64.sqrt()).hypot(0.5 * 0.126 * 0.05 * 2.0_f64.sqrt());
     assert!((error(white) / expected - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn a_balance_is_off_by_what_rounding_leaves_of_the_inlet_pressure() {
+    let coarse = |inlet: Vec<f64>| {
+        let mut record = steady(inlet.len() / 5);
+        record.inlet = inlet;
+        let (well, prepared) = recorded(&record, 0.0);
+        let record = Record::new(&well, &prepared, &[]);
+        // Of a row, in pascals at its two edges.
+        record.coarse_m3_s * record.row_s() / record.riser_m3_per_pa() / 2.0_f64.sqrt()
+    };
+    let wave = |i: usize| 1e7 + 3e4 * (i as f64 / 90.0).sin();
+    let rounded = |to: f64, of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..2700).map(|i| (of(i) / to).round() * to).collect()
+    };
+    // In steps of a psi, without noise.
+    assert!((coarse(rounded(6895.0, &wave)) - 6895.0 / 12.0_f64.sqrt()).abs() < 1.0);
+    // Noise that crosses them leaves nothing; a pressure that never moves has no steps.
+    let noise = crate::test_rig::normals(3, 2700);
+    let noisy = |i: usize| wave(i) + 6895.0 * noise[i];
+    assert!(coarse(rounded(6895.0, &noisy)) < 10.0);
+    assert_eq!(coarse(vec![1e7; 2700]), 0.0);
+    assert!((rounding(1.0, 0.25) - 0.0841).abs() < 1e-4);
 }
 
 #[test]

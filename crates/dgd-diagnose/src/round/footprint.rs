@@ -258,6 +258,18 @@ mod tests {
     }
 
     #[test]
+    fn a_shift_that_the_other_transmitter_tells_leaves_nothing_over() {
+        let left = |outlets: usize| {
+            let mut record = drilled(Hidden::default());
+            record.outlets = vec![record.outlet.clone(); outlets];
+            let state = [one("outlet_pressure_bias_step", &[5e4, 3000.0, 1.0])];
+            let gate = Tangent::at(&record, &state, &[], Bend::Lean).unwrap();
+            Footprint::all(&record, &gate, &state, &[at(0, 400.0)])[0].evidence
+        };
+        assert_eq!((left(1), left(2)), (400.0, 0.0));
+    }
+
+    #[test]
     fn knots_leave_five_times_as_much_over() {
         let record = drilled(Hidden::default());
         let knots = Curve::new(

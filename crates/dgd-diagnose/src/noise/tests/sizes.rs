@@ -134,3 +134,22 @@ fn standing_rows_have_a_size_of_their_own_of_at_least_800_pa_and_at_most_that_of
         assert!((flowing / 6e3 - 1.0).abs() < 0.1, "{flowing}");
     }
 }
+
+#[test]
+fn what_every_row_of_the_balance_has_is_no_timing_of_some() {
+    let l = layout(900);
+    let rows = full(l);
+    let balance = l.rows(Section::Balance);
+    let mut residual = white(l, 6);
+    residual[balance.clone()]
+        .iter_mut()
+        .for_each(|v| *v *= 1e-3);
+    let noise = |every: f64| {
+        let mut unrest = vec![0.0; l.len()];
+        unrest[balance.clone()].fill(every);
+        of(l, &rows, &residual, &unrest).noise(balance.clone())
+    };
+    let own = noise(0.0);
+    // Beside the noise that the rows show, however much it is.
+    assert!((noise(1e-3) / own.hypot(1e-3) - 1.0).abs() < 0.1);
+}
