@@ -21,9 +21,10 @@ const INDICES: [f64; 3] = [1.0, 0.8, 0.6];
 const STANDS_OUT: f64 = 10.0;
 const SELDOM: f64 = 3.0;
 
-/// The flow above which it is for a tenth of the time, over that below which it is for another: of a flow that hardly changes the few rows in which it
-/// does decide, and those tell of starts. Set by hand.
+/// The flow above which it is for a tenth of the time, over that below which it is for another: of a flow that changes less the few rows in which it
+/// does decide, and those tell of starts, of which so much is looked into. Set by hand.
 const RANGE: f64 = 1.6;
+const STANDS_OUT_OF_LITTLE: f64 = 200.0;
 
 /// A search of a line whose flow is laminar below some flow, and what it found, where that explains more than what was found without.
 ///
@@ -37,9 +38,11 @@ pub(crate) fn laminar(
     found: &Selection,
     search: impl FnOnce(&Record) -> Option<Selection>,
 ) -> Option<(Record, Selection)> {
-    if !ranges(record) {
-        return None;
-    }
+    let least = if ranges(record) {
+        STANDS_OUT
+    } else {
+        STANDS_OUT_OF_LITTLE
+    };
     let beside = Tangent::at(record, &found.state(), &[], Bend::Lean)?;
     let own = (found.named.iter())
         .filter(|n| n.shows_in(Relation::ReturnLineFriction))
@@ -54,7 +57,7 @@ pub(crate) fn laminar(
         })
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     debug!("{laminar:?} explains {more:.1} more");
-    if more < STANDS_OUT {
+    if more < least {
         return None;
     }
     drop(alone);
