@@ -330,6 +330,7 @@ fn documents() -> Outcome<()> {
             scale: Scale {
                 flow_m3_s: 0.06,
                 speed_pct: 55.0,
+                laminar: None,
             },
             friction: [1e4; FRICTION_TERMS],
             head: [-2.5e3; HEAD_TERMS],
