@@ -136,6 +136,7 @@ pub(crate) fn unrest(record: &Record, curves: &Curves, b: &Blocks, layout: Layou
     unrest.add_starts();
     unrest.add_meter_noise();
     unrest.add_timing_of_balance();
+    unrest.add_rounding_of_balance();
     unrest.sd
 }
 
@@ -238,7 +239,14 @@ impl Unrest<'_> {
                 .map(|i| finite_or_0((b.flow[(i + 1).min(n - 1)] - b.flow[i]).abs()))
                 .sum();
             let moved = pumped(&filled.mud_pump) + pumped(&filled.booster) + line;
-            self.sd[first + k] = (TIMING_S * moved / over_s).hypot(self.record.coarse_m3_s);
+            self.sd[first + k] = TIMING_S * moved / over_s;
+        }
+    }
+
+    /// What a row of the balance is off by as the inlet pressure is rounded.
+    fn add_rounding_of_balance(&mut self) {
+        for row in self.layout.rows(Section::Balance) {
+            self.sd[row] = self.sd[row].hypot(self.record.coarse_m3_s);
         }
     }
 }

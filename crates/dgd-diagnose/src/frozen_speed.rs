@@ -1,6 +1,6 @@
 //! A pump speed that rests: an operator's set-point, or a reading that froze?
 
-use crate::numbers::{bridged, mean, whole};
+use crate::numbers::{Means, bridged, mean, whole};
 use dgd_effects::{STANDING_M3_S, STANDING_PCT};
 use std::ops::Range;
 
@@ -155,31 +155,6 @@ pub(crate) fn without_late_steps(
         }
     }
     out
-}
-
-/// Running sums of the finite values of a series, and of how many they are.
-struct Means(Vec<(f64, usize)>);
-
-impl Means {
-    fn of(values: &[f64]) -> Self {
-        let mut sums = Vec::with_capacity(values.len() + 1);
-        let (mut sum, mut count) = (0.0, 0);
-        sums.push((sum, count));
-        for value in values {
-            if value.is_finite() {
-                (sum, count) = (sum + value, count + 1);
-            }
-            sums.push((sum, count));
-        }
-        Self(sums)
-    }
-
-    /// The mean from a sample to before another, NaN where none of them is known.
-    fn between(&self, from: usize, to: usize) -> f64 {
-        let at = |i: usize| self.0[i.min(self.0.len() - 1)];
-        let ((low, few), (high, many)) = (at(from), at(to));
-        (high - low) / (many - few) as f64
-    }
 }
 
 /// Runs of equal values.

@@ -10,8 +10,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 
-/// Draws of noise whose mean counts, each as it is and turned round, which cancels some of what it has in common with the recording by chance. Single
-/// draws spread by 25 e-folds about a mean of 33 in a recording of 4 h.
+/// Draws of noise whose mean counts, each as it is and turned round, which cancels some of what it has in common with the recording by chance. Set by
+/// hand: of fewer the mean depends on the draws.
 const DRAWS: u64 = 4;
 
 /// Evidence that each of some effects owes to the meter's noise, e-folds.
@@ -26,7 +26,7 @@ pub(crate) fn owed_to_meter_noise(
     effects: &[Applied],
 ) -> Vec<f64> {
     let explained = |draw: Option<(u64, f64)>| -> Vec<f64> {
-        let noisier = draw.map(|(draw, sign)| with_noise_again(record, draw, sign));
+        let noisier = draw.map(|(draw, times)| with_noise_again(record, draw, times));
         let of = noisier.as_ref().unwrap_or(record);
         let misfit = |applied: &[Applied]| {
             let off = gate.left_over_of(of, applied);
@@ -48,11 +48,11 @@ pub(crate) fn owed_to_meter_noise(
     owed.collect()
 }
 
-/// The record with the noise of its flow meter once more, drawn anew and of a sign, where mud flows.
-fn with_noise_again(record: &Record, draw: u64, sign: f64) -> Record {
+/// The record with the noise of its flow meter once more, so many times as large, drawn anew where mud flows.
+fn with_noise_again(record: &Record, draw: u64, times: f64) -> Record {
     let mut draws = ChaCha8Rng::seed_from_u64(draw);
     let mut unit = || (draws.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-    let size = sign * record.setting.noise.flow_m3_s;
+    let size = times * record.setting.noise.flow_m3_s;
     let mut noisier = record.clone();
     let (read, filled) = (&mut noisier.flow, &mut noisier.filled.flow);
     for (read, filled) in read.iter_mut().zip(filled) {

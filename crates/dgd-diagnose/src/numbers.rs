@@ -34,6 +34,31 @@ pub(crate) fn mean_of(values: impl Iterator<Item = f64>) -> f64 {
     sum / count
 }
 
+/// Running sums of the finite values of a series, and of how many they are.
+pub(crate) struct Means(Vec<(f64, usize)>);
+
+impl Means {
+    pub(crate) fn of(values: &[f64]) -> Self {
+        let mut sums = Vec::with_capacity(values.len() + 1);
+        let (mut sum, mut count) = (0.0, 0);
+        sums.push((sum, count));
+        for value in values {
+            if value.is_finite() {
+                (sum, count) = (sum + value, count + 1);
+            }
+            sums.push((sum, count));
+        }
+        Self(sums)
+    }
+
+    /// The mean from a sample to before another, NaN where none of them is known.
+    pub(crate) fn between(&self, from: usize, to: usize) -> f64 {
+        let at = |i: usize| self.0[i.min(self.0.len() - 1)];
+        let ((low, few), (high, many)) = (at(from), at(to));
+        (high - low) / (many - few) as f64
+    }
+}
+
 /// The values that a `k`-th of the finite ones lies below and above; `None` if none is finite.
 pub(crate) fn tails(values: &[f64], k: usize) -> Option<(f64, f64)> {
     let at = |rank| quantile(values.iter().copied(), rank);

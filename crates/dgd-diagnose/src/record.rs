@@ -6,7 +6,7 @@ use crate::frozen_speed::{
     quantum, stopping_with_the_flow, without_late_steps, without_seldom_rest,
 };
 use crate::layout::BALANCE_BLOCKS;
-use crate::numbers::{bridged, mean, whole};
+use crate::numbers::{Means, bridged, mean, whole};
 use crate::stops::{Readings, Stop, stops};
 use crate::suction::heads_lost;
 use crate::told::{Told, reads};
@@ -323,18 +323,9 @@ fn velocity_head_pa(setting: &Setting, flow_m3_s: f64) -> f64 {
 /// Moving mean over a minute.
 fn smoothed(values: &[f64], dt_s: f64) -> Vec<f64> {
     let half = whole(30.0 / dt_s).max(1);
-    let mut sums = Vec::with_capacity(values.len() + 1);
-    let mut sum = 0.0;
-    sums.push(0.0);
-    for v in values {
-        sum += v;
-        sums.push(sum);
-    }
+    let means = Means::of(values);
     (0..values.len())
-        .map(|i| {
-            let (a, b) = (i.saturating_sub(half), (i + half + 1).min(values.len()));
-            (sums[b] - sums[a]) / (b - a) as f64
-        })
+        .map(|i| means.between(i.saturating_sub(half), i + half + 1))
         .collect()
 }
 

@@ -44,23 +44,25 @@ pub(crate) fn laminar(
         STANDS_OUT_OF_LITTLE
     };
     let beside = Tangent::at(record, &found.state(), &[], Bend::Lean)?;
-    let own = (found.named.iter())
-        .filter(|n| n.shows_in(Relation::ReturnLineFriction))
-        .map(|n| n.evidence)
-        .sum::<f64>();
-    let alone = Tangent::at(record, &found.allowances, &[], Bend::Lean)?;
-    let (laminar, more) = [(&beside, 0.0), (&alone, own)]
-        .into_iter()
-        .filter_map(|(tangent, own)| {
-            let (laminar, evidence) = likeliest(record, tangent)?;
-            Some((laminar, evidence - own))
-        })
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let mut best = likeliest(record, &beside)?;
+    if !found.named.is_empty() {
+        // What was found of the friction may be what laminar flow leaves over of it.
+        let alone = Tangent::at(record, &found.allowances, &[], Bend::Lean)?;
+        let own = (found.named.iter())
+            .filter(|n| n.shows_in(Relation::ReturnLineFriction))
+            .map(|n| n.evidence)
+            .sum::<f64>();
+        if let Some((laminar, evidence)) = likeliest(record, &alone)
+            && evidence - own > best.1
+        {
+            best = (laminar, evidence - own);
+        }
+    }
+    let (laminar, more) = best;
     debug!("{laminar:?} explains {more:.1} more");
     if more < least {
         return None;
     }
-    drop(alone);
     let other = record.with_laminar(laminar);
     let search = search(&other)?;
     let price = |of: &Selection| of.named.iter().map(|n| n.hurdle).sum::<f64>();
@@ -82,7 +84,7 @@ fn ranges(record: &Record) -> bool {
 fn likeliest(record: &Record, tangent: &Tangent) -> Option<(Laminar, f64)> {
     let upper = tangent.curves.scale.flow_m3_s;
     let weighed = |laminar: Laminar| {
-        let evidence = tangent.laminar(record, laminar)?;
+        let evidence = tangent.laminar_evidence(record, laminar)?;
         evidence.is_finite().then_some((laminar, evidence))
     };
     let more = |a: &(Laminar, f64), b: &(Laminar, f64)| a.1.total_cmp(&b.1);

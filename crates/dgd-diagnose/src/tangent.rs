@@ -125,7 +125,7 @@ impl Tangent {
     }
 
     /// Evidence for laminar flow: for its law, and that of the share that is turbulent, beside the curves here.
-    pub(crate) fn laminar(&self, record: &Record, laminar: Laminar) -> Option<f64> {
+    pub(crate) fn laminar_evidence(&self, record: &Record, laminar: Laminar) -> Option<f64> {
         /// Prior width of each law at the scale's flow, Pa: as large as friction is. Set by hand.
         const WIDTH_PA: f64 = 3e5;
         let ground = self.ground(record);

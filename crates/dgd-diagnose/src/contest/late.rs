@@ -112,7 +112,7 @@ pub(super) fn take_off_what_noise_brings(
     state: &[Applied],
     contenders: &mut [Contender],
 ) {
-    /// E-folds beyond which a late meter owes too little to it to matter: what noise alone brought was a hundred at the most. Set by hand.
+    /// E-folds beyond which a late meter owes too little to it to matter. Set by hand.
     const BEYOND_DOUBT: f64 = 400.0;
     let mut late: Vec<&mut Contender> = (contenders.iter_mut())
         .filter(|c| stands_late(record, c) && c.evidence < BEYOND_DOUBT)
