@@ -28,13 +28,15 @@ pub enum Step {
     TwoDo,
     /// What the relations keep beyond that of sound recordings once the search has ended is `unknown`.
     Remains,
+    /// A line whose friction laminar flow explains better is searched anew with it.
+    Laminar,
     /// Probabilities are brought to the share of findings that are right, and standard errors of sizes to intervals that hold 95 %.
     Calibration,
 }
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Projection,
         Self::LateFlows,
         Self::Stops,
@@ -47,6 +49,7 @@ impl Step {
         Self::Busiest,
         Self::TwoDo,
         Self::Remains,
+        Self::Laminar,
         Self::Calibration,
     ];
 
@@ -65,6 +68,7 @@ impl Step {
             Self::Busiest => "busiest",
             Self::TwoDo => "two-do",
             Self::Remains => "remains",
+            Self::Laminar => "laminar",
             Self::Calibration => "calibration",
         }
     }

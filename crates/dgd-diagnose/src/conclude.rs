@@ -18,6 +18,7 @@ mod worse;
 
 use crate::ablation::Step;
 use crate::belief::{beside_unnamed, calibrate, doubt};
+use crate::dead::{Dead, without_dead};
 use crate::diagnosis::{DiagnoseError, Diagnosis, Finding, MOST_STEP_S, Options, Stage};
 use crate::estimates::Estimator;
 use crate::finding::{finding, heaving};
@@ -80,6 +81,8 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let given = accepted(well, prepared, options)?;
     progress(Stage::Baseline);
+    let (dead, prepared) = without_dead(well, prepared);
+    let prepared = prepared.as_ref();
     let mut record = recorded(well, prepared, options)?;
     let sought = if options.suspects.is_empty() {
         Sought::Any(options.most_effects)
@@ -170,7 +173,8 @@ pub fn diagnose(
 
     let unjudged = Unjudged::of(&record, &full.rows);
     let tested = tested(&record, &selection, &findings, &models.start, swell);
-    let sound = not_worse.passed && against.leaves_nothing();
+    let sound =
+        not_worse.passed && against.leaves_nothing() && !dead.iter().any(Dead::is_of_the_rig);
     let checks = (start.check(record.setting.span_s).into_iter())
         .chain(stability)
         .chain([not_worse])
@@ -180,6 +184,7 @@ pub fn diagnose(
         .chain(residue::apart(well, &traces))
         .chain(residue::early(&selection.allowances))
         .chain(unjudged.iter().map(Unjudged::check))
+        .chain(Dead::check(&dead))
         .collect();
     let work = record.tally.work();
     Ok(Diagnosis {
@@ -188,7 +193,8 @@ pub fn diagnose(
         started_from: known.iter().map(|a| a.id()).collect(),
         suspected: options.suspects.clone(),
         tested,
-        warnings: (unjudged.iter().map(Unjudged::warning))
+        warnings: (dead.iter().map(Dead::warning))
+            .chain(unjudged.iter().map(Unjudged::warning))
             .chain(against.warnings())
             .chain(described::warning(&record.setting, &selection.named))
             .collect(),

@@ -27,6 +27,7 @@ mod conclude;
 mod contest;
 mod cores;
 mod cost;
+mod dead;
 mod diagnosis;
 mod empirical;
 mod ends_early;

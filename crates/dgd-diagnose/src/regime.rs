@@ -1,5 +1,6 @@
 //! Whether the line's flow is laminar below some flow, as that of viscous mud is: its friction then follows two laws, and is no finding.
 
+use crate::ablation::Step;
 use crate::numbers::tails;
 use crate::record::Record;
 use crate::selection::Selection;
@@ -38,6 +39,9 @@ pub(crate) fn laminar(
     found: &Selection,
     search: impl FnOnce(&Record) -> Option<Selection>,
 ) -> Option<(Record, Selection)> {
+    if !record.takes(Step::Laminar) {
+        return None;
+    }
     let least = if ranges(record) {
         STANDS_OUT
     } else {
@@ -111,6 +115,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
     use super::laminar;
+    use crate::ablation::Step;
     use crate::record::Record;
     use crate::select::{Sought, select};
     use crate::selection::Selection;
@@ -145,6 +150,9 @@ mod tests {
         let below_m3_s = other.laminar.unwrap().below_m3_s;
         assert!((below_m3_s / 0.044 - 1.0).abs() < 0.05, "{below_m3_s}");
         assert!(found.named.is_empty());
+        let mut without = record;
+        without.without.push(Step::Laminar);
+        assert!(laminar(&without, &turbulent, |_| panic!("searched again")).is_none());
     }
 
     #[test]

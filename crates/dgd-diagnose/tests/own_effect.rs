@@ -63,6 +63,7 @@ fn an_effect_of_ones_own_is_named_modelled_and_then_found_no_more() {
         severity: Some(Severity::Strong),
         effect: Some("topfill_offset"),
         hours: None,
+        viscosity: 1.0,
     };
     let mut case = conceal(&order, 0);
     case.plan.series = vec![case.plan.samples().min(14_400)];

@@ -30,6 +30,7 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
         severity: None,
         effect: None,
         hours: None,
+        viscosity: 1.0,
     };
     while let Some(word) = words.next() {
         if word == "--sealed" {
@@ -46,6 +47,7 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
                 count = usize::try_from(n.min(100_000)).unwrap_or(100_000);
             }
             "--hours" => order.hours = Some(hours(&value()?)?),
+            "--viscosity" => order.viscosity = viscosity(&value()?)?,
             "--level" => {
                 let text = value()?;
                 order.level = match text.as_str() {
@@ -113,6 +115,17 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
 fn whole(option: &str, text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("`{option}` is `{text}`, expected a whole number"))
+}
+
+/// Reads how many times as viscous the mud is.
+fn viscosity(text: &str) -> Result<f64, String> {
+    let times: f64 = text.parse().unwrap_or(f64::NAN);
+    if (0.1..=100.0).contains(&times) {
+        return Ok(times);
+    }
+    Err(format!(
+        "`--viscosity` is `{text}`, expected a number from 0.1 to 100"
+    ))
 }
 
 /// Reads the length of a recording, h.

@@ -16,7 +16,7 @@ Writes a simulated dual-gradient drilling recording.
 
 usage: dgd-plant <gom|short> --out DIR [--seed N] [--hours H]
        dgd-plant conceal --out DIR [--truth DIR] [--seed N] [--count N] [--level 1|2]
-                 [--kind single|pair|several|clean|foreign|beside|mix] [--severity S] [--effect ID] [--hours H] [--sealed]
+                 [--kind single|pair|several|clean|foreign|beside|mix] [--severity S] [--effect ID] [--hours H] [--viscosity N] [--sealed]
        dgd-plant bench --out DIR ...      (two benches that are no rig: `dgd-plant bench --help`)
 
   gom          four series, 305,820 samples at 1 Hz: gom1.csv .. gom4.csv
@@ -35,6 +35,7 @@ Beside the series it writes well.toml and PROVENANCE.md.
   --severity S trace, faint, subtle, moderate or strong; default all in turn
   --effect ID  only this effect
   --hours H    how long each recording lasts, up to 2400; default 4 to 8, as drawn
+  --viscosity N how many times as viscous the mud is as drawn, 0.1 to 100; default 1. At 6, half the usual flow is laminar in nearly half of the wells
   --sealed     print the SHA-256 of all truths, one after the other
 
 The same arguments give the same bytes.

@@ -42,6 +42,7 @@ fn neither_a_fixture_nor_a_concealed_effect_is_suspected() {
                 severity: Some(Severity::Strong),
                 effect,
                 hours: None,
+                viscosity: 1.0,
             };
             let mut case = conceal(&order, 0);
             // Four hours: effects have set in by then.

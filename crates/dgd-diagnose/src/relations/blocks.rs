@@ -57,17 +57,17 @@ impl Blocks {
             Some((before, blocks)) if same(&before.flow, &parts.flow) => {
                 (blocks.flow.clone(), blocks.averaged.clone())
             }
-            _ => calmed(&parts.flow),
+            _ => calmed(&parts.flow, 0.0),
         };
         let through = match known {
             Some((before, blocks)) if same(&before.through, &parts.through) => {
                 blocks.through.clone()
             }
-            _ => calmed(&parts.through).0,
+            _ => calmed(&parts.through, 0.0).0,
         };
         let speed = match known {
             Some((before, blocks)) if same(&before.speed, &parts.speed) => blocks.speed.clone(),
-            _ => calmed(&parts.speed).0,
+            _ => calmed(&parts.speed, 0.0).0,
         };
         let inertia = record.inertia();
         let seconds = record.dt_s * record.per_block as f64;
@@ -106,15 +106,15 @@ impl Blocks {
 /// A curve fitted to noisy flow leans towards the mean (errors in variables); in steady operation, where flow varies by
 /// noise alone, it would lose its slope altogether.
 ///
-/// Returns the averages and the number of blocks in each.
-pub(super) fn calmed(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+/// Steps of up to `least` are calm in any case. Returns the averages and the number of blocks in each.
+pub(super) fn calmed(values: &[f64], least: f64) -> (Vec<f64>, Vec<f64>) {
     const REACH: usize = 6;
     let noise = crate::numbers::spread(values.windows(2).map(|w| w[1] - w[0]));
     if !noise.is_finite() {
         return (values.to_vec(), vec![1.0; values.len()]);
     }
     // The median step is calm: its spread is that of a difference of two.
-    let gate = 2.2 * noise.max(1e-9);
+    let gate = (2.2 * noise).max(2.2e-9).max(least);
     (0..values.len())
         .map(|b| {
             let (mut sum, mut count) = (values[b], 1.0);

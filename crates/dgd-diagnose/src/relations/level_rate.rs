@@ -6,6 +6,9 @@ use crate::numbers::mean;
 use crate::record::Record;
 use dgd_effects::shrunk;
 
+/// A jump by one quantum is sqrt(6) standard deviations of a rate read from rounded values. Half a deviation more.
+const JUMPS: f64 = 3.0;
+
 /// Rate of the pump inlet pressure in each row of the mass balance.
 #[derive(Debug, Clone)]
 pub(crate) struct LevelRate {
@@ -24,12 +27,14 @@ impl LevelRate {
         let read = from_edge_to_edge(record, |i| {
             mean(&record.inlet[record.about_edge(i)]) + record.suction_pa(edge_flow(record, i))
         });
-        let (calm, averaged) = calmed(&read);
+        // Of a reading rounded coarsely, noise is not seen: it stands, and then jumps.
+        let rounded = record.coarse_m3_s / record.riser_m3_per_pa();
+        let (calm, averaged) = calmed(&read, JUMPS * rounded);
         Self {
             read,
             calm,
             averaged,
-            noise: record.setting.noise.inlet_pa / record.row_s(),
+            noise: (record.setting.noise.inlet_pa / record.row_s()).hypot(rounded),
         }
     }
 
@@ -70,4 +75,37 @@ fn from_edge_to_edge(record: &Record, value: impl Fn(usize) -> f64) -> Vec<f64> 
     (values.windows(2))
         .map(|pair| (pair[1] - pair[0]) / record.row_s())
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LevelRate;
+    use crate::record::Record;
+    use crate::test_rig::steady;
+
+    /// Rates told of a level that falls steadily, as a share of what it falls by, of a reading in steps of a psi.
+    fn told(falls_pa_s: f64) -> Vec<f64> {
+        const PSI_PA: f64 = 6895.0;
+        let mut record: Record = steady(360);
+        let rounded = |t: f64| ((1e7 - falls_pa_s * t) / PSI_PA).round() * PSI_PA;
+        record.inlet = record.t_s.iter().map(|t| rounded(*t)).collect();
+        record.coarse_m3_s = record.riser_m3_per_pa() * PSI_PA / 6.0_f64.sqrt() / record.row_s();
+        let rates = LevelRate::of(&record);
+        let rows = record.blocks / crate::layout::BALANCE_BLOCKS;
+        (8..rows - 8)
+            .map(|k| rates.told(k, 0.0) / -falls_pa_s)
+            .collect()
+    }
+
+    #[test]
+    fn a_jump_of_a_rounded_pressure_is_not_how_fast_the_level_moves() {
+        // A psi in eight minutes: nothing, rather than nothing and then sixteen times as much in one row.
+        assert!(told(15.0).iter().all(|share| (0.0..1.0).contains(share)));
+        // Five psi a row.
+        let fast = told(1150.0);
+        assert!(
+            fast.iter().all(|share| (0.95..1.01).contains(share)),
+            "{fast:?}"
+        );
+    }
 }

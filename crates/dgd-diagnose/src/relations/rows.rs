@@ -2,7 +2,7 @@
 
 use super::Blocks;
 use crate::layout::{BALANCE_BLOCKS, Section};
-use crate::numbers::{mean, whole};
+use crate::numbers::{mean, mean_of, whole};
 use crate::record::Record;
 use dgd_effects::STANDING_M3_S;
 
@@ -19,6 +19,9 @@ const STARTED_PA: f64 = 2e4;
 const LEAST_FLOW: f64 = 0.08;
 /// How many times [`STANDING_M3_S`] a flow must be at the least while the pump turns. Set by hand.
 const FLOWS: f64 = 2.0;
+/// Share of the usual drop of flowing mud within which the line stands while the pump turns: a meter that reads nothing may have failed, the
+/// outlet then says so. Set by hand.
+const RESTS_SHARE: f64 = 0.25;
 /// How long an outlet transmitter repeats one value, s, before it is taken to be stuck: while the pump turns, and otherwise. Set by hand.
 const STUCK_TURNING_S: f64 = 24.0;
 const STUCK_S: f64 = 60.0;
@@ -78,6 +81,14 @@ impl Rows {
             balance: vec![false; n / BALANCE_BLOCKS],
             stops: vec![true; record.stops.len()],
         };
+        let usual_drop = mean_of(
+            (0..n)
+                .filter(|b| pump.turned[*b] > 0)
+                .map(|b| base.drop[b])
+                .filter(|drop| drop.is_finite()),
+        );
+        let dead_headed =
+            |b: usize| pump.dead_headed[b] > 2 && base.drop[b].abs() < RESTS_SHARE * usual_drop;
         let least_flow = LEAST_FLOW * base.flow.iter().copied().fold(0.0, f64::max);
         for b in 0..n {
             let flowing = pump.turns_about(b) && full(&record.flow, b) && base.drop[b].is_finite();
@@ -94,7 +105,7 @@ impl Rows {
                 full(&record.mud_pump, b)
                     && full(&record.booster, b)
                     && is_topped(record, b)
-                    && (pump.turned[b] > 1 || pump.stood[b] > 0)
+                    && (pump.turned[b] > 1 || pump.stood[b] > 0 || dead_headed(b))
             };
             *row = (k * BALANCE_BLOCKS..(k + 1) * BALANCE_BLOCKS).all(told)
                 && base.imbalance[k].is_finite();
@@ -107,6 +118,8 @@ impl Rows {
 struct PumpRuns {
     turned: Vec<usize>,
     stood: Vec<usize>,
+    /// Turned without lifting the check valve, or hardly.
+    dead_headed: Vec<usize>,
 }
 
 impl PumpRuns {
@@ -115,17 +128,18 @@ impl PumpRuns {
         let mut runs = Self {
             turned: Vec::with_capacity(record.blocks),
             stood: Vec::with_capacity(record.blocks),
+            dead_headed: Vec::with_capacity(record.blocks),
         };
         let outlet = |b: usize| mean(&record.outlet[b * m..(b + 1) * m]);
         // A set-point that is stuck at 0 hides a start; the outlet tells it by what it reads above the lowest of the stop so far, for
         // two blocks together: a reading that drops out once is no low.
         let mut lowest = f64::INFINITY;
-        let (mut turned, mut stood) = (0, 0);
+        let (mut turned, mut stood, mut dead_headed) = (0, 0, 0);
         for b in 0..record.blocks {
             let pumping = &record.filled.pumping[b * m..(b + 1) * m];
             let flow = &record.filled.flow[b * m..(b + 1) * m];
-            let turns =
-                pumping.iter().all(|p| *p) && flow.iter().all(|q| *q > FLOWS * STANDING_M3_S);
+            let driven_throughout = pumping.iter().all(|p| *p);
+            let turns = driven_throughout && flow.iter().all(|q| *q > FLOWS * STANDING_M3_S);
             let shut = pumping.iter().all(|p| !*p) && flow.iter().all(|q| *q < STANDING_M3_S);
             let risen = outlet(b) - lowest;
             if !shut && risen > STARTED_PA {
@@ -143,6 +157,12 @@ impl PumpRuns {
             let driven = outlet(b) > lowest + HIDDEN_START_PA;
             turned = if turns { turned + 1 } else { 0 };
             stood = if shut && !driven { stood + 1 } else { 0 };
+            dead_headed = if driven_throughout && !turns {
+                dead_headed + 1
+            } else {
+                0
+            };
+            runs.dead_headed.push(dead_headed);
             runs.turned.push(turned);
             runs.stood.push(stood);
         }

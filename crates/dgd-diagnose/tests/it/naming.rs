@@ -151,6 +151,7 @@ fn an_influx_is_named_beside_a_pump_that_does_what_no_effect_does() {
         severity: Some(Severity::Moderate),
         effect: Some("influx"),
         hours: None,
+        viscosity: 1.0,
     };
     let case = conceal(&order, 0);
     let hidden: Vec<&str> = case.hidden.iter().map(|h| h.effect).collect();

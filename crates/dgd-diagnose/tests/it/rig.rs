@@ -15,6 +15,7 @@ pub(crate) fn case(seed: u64, effect: Option<&'static str>) -> Case {
         severity: Some(Severity::Moderate),
         effect,
         hours: None,
+        viscosity: 1.0,
     };
     let mut case = conceal(&order, 0);
     let samples = case.plan.samples().min(14_400);

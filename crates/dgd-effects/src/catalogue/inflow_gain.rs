@@ -37,7 +37,7 @@ static ABOUT: About = About {
         name: "gain",
         meaning: "reading over truth",
         role: Role::Amplitude,
-        low: -0.5,
+        low: -0.8,
         high: 1.0,
         usual: 0.03,
         shown: Shown::Gain,

@@ -29,8 +29,8 @@ static ABOUT: About = About {
             name: "bias_pa",
             meaning: "reading minus true value",
             role: Role::Amplitude,
-            low: -5e5,
-            high: 5e5,
+            low: -5e6,
+            high: 5e6,
             usual: 4e4,
             ..Parameter::BASE
         },

@@ -26,10 +26,10 @@ static ABOUT: About = About {
         name: "tau_s",
         meaning: "time constant",
         role: Role::Grid(&[
-            1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 25.0, 32.0, 40.0,
+            1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 25.0, 32.0, 40.0, 55.0, 80.0,
         ]),
         low: 0.0,
-        high: 120.0,
+        high: 240.0,
         usual: 12.0,
         ..Parameter::BASE
     }],

@@ -32,10 +32,10 @@ static ABOUT: About = About {
         meaning: "pure delay of the meter",
         role: Role::Grid(&[
             1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 16.0, 18.0,
-            20.0, 23.0, 26.0, 30.0,
+            20.0, 23.0, 26.0, 30.0, 38.0, 48.0, 60.0, 80.0, 110.0,
         ]),
         low: 0.0,
-        high: 60.0,
+        high: 180.0,
         usual: 10.0,
         ..Parameter::BASE
     }],

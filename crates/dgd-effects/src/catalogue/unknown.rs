@@ -8,8 +8,9 @@ use crate::{
 /// See the module.
 pub(super) struct Unknown;
 
-/// A meter that reads by half too much or too little is no longer one: knots end there.
-const MOST_OFF: f64 = 0.5;
+/// More flows than a meter reads, as a share of that, at the least and the most: one that reads a third of the flow, or three times as much, is no
+/// longer one, and knots end there.
+const MOST_OFF: (f64, f64) = (-0.67, 2.0);
 
 const fn knot(name: &'static str) -> Parameter {
     Parameter {
@@ -138,7 +139,7 @@ impl Effect for Unknown {
                 Place::InletReading => *inlet = inlet.map(|p| p + value),
                 Place::OutletReading => *outlet = outlet.map(|p| p + value),
                 Place::MeterFactor => {
-                    changes.meter_gain /= 1.0 + value.clamp(-MOST_OFF, MOST_OFF);
+                    changes.meter_gain /= 1.0 + value.clamp(MOST_OFF.0, MOST_OFF.1);
                 }
                 // The pump lifts from the lower pressure, which its transmitters read.
                 Place::Suction => {

@@ -41,6 +41,8 @@ pub struct Order {
     pub effect: Option<&'static str>,
     /// How long each recording lasts, h; by default 4 to 8, as drawn.
     pub hours: Option<f64>,
+    /// How many times as viscous the mud is as drawn: at 6, half the usual flow is laminar in nearly half of the wells.
+    pub viscosity: f64,
 }
 
 /// A case: the plan of its recording, what it hides, and how it is filed.
@@ -96,7 +98,7 @@ pub fn conceal(order: &Order, index: usize) -> Case {
     };
     let mut noise = Noise::new(order.seed, 10_000 + index as u64);
     let plant_seed = noise.whole();
-    let rig = Rig::draw(order.level, order.hours, &mut noise);
+    let rig = Rig::draw(order.level, order.hours, order.viscosity, &mut noise);
     let filing = filing(order.level, &mut noise);
     let hidden = hide(order, kind, turn, &rig, &mut Noise::new(plant_seed, 3));
     // What shows only around a standstill must get one.

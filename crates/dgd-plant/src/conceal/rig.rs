@@ -44,8 +44,13 @@ const LONGEST_S: usize = 8_640_000;
 const DESIGN_SPEED: f64 = 0.6;
 
 impl Rig {
-    /// A rig whose recording lasts so many hours, or as many as are drawn.
-    pub(crate) fn draw(level: Level, hours: Option<f64>, noise: &mut Noise) -> Self {
+    /// A rig whose recording lasts so many hours, or as many as are drawn, and whose mud is so many times as viscous as drawn.
+    pub(crate) fn draw(
+        level: Level,
+        hours: Option<f64>,
+        viscosity: f64,
+        noise: &mut Noise,
+    ) -> Self {
         let usual = [4.0, 5.0, 5.0, 6.0, 6.0, 8.0];
         let mut drawn: f64 = usual[pick(noise, usual.len())];
         if level == Level::One {
@@ -75,6 +80,7 @@ impl Rig {
             level_m,
             base_delay_s,
         };
+        rig.physics.rheology.consistency_pa_sn *= viscosity;
         rig.size_pump();
         rig
     }

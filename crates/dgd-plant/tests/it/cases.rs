@@ -17,6 +17,7 @@ fn same_order_gives_the_same_bytes_and_another_seed_others() {
             severity: None,
             effect: None,
             hours: None,
+            viscosity: 1.0,
         };
         let case = conceal(&order, index);
         let r = record(&case.plan).unwrap();

@@ -15,6 +15,7 @@ pub(crate) fn order(kind: Kind, effect: Option<&'static str>) -> Order {
         severity: Some(Severity::Moderate),
         effect,
         hours: None,
+        viscosity: 1.0,
     }
 }
 
@@ -311,6 +312,41 @@ fn cuttings_come_with_drilling_and_go_with_the_volume_pumped() {
     let least = excess[1800..].iter().copied().fold(f64::INFINITY, f64::min);
     close(most, param(&case, "delta_rho_kg_m3"), 0.05);
     assert!(least < 0.6 * most, "{least} of {most}");
+}
+
+#[test]
+fn half_the_usual_flow_of_mud_that_is_six_times_as_viscous_is_laminar_in_nearly_half_of_the_wells()
+{
+    let case = |viscosity: f64, index: usize| {
+        let order = Order {
+            viscosity,
+            ..order(Kind::Clean, None)
+        };
+        conceal(&order, index)
+    };
+    // Whether friction about half of the usual 2.5 m/s goes with the power of the flow that it goes with in laminar flow.
+    let is_laminar = |case: &Case| {
+        let (well, physics) = (&case.plan.well, &case.plan.physics);
+        let at = |velocity_m_s: f64| {
+            physics.rheology.friction_gradient_pa_m(
+                velocity_m_s,
+                well.return_line_id_m,
+                physics.line.roughness_m,
+                well.mud_density_kg_m3,
+            )
+        };
+        let power = (at(1.3) / at(1.2)).ln() / (1.3_f64 / 1.2).ln();
+        (power - physics.rheology.index).abs() < 0.1
+    };
+    let laminar = |viscosity| (0..30).filter(|i| is_laminar(&case(viscosity, *i))).count();
+    assert_eq!(laminar(1.0), 0);
+    assert!((10..=15).contains(&laminar(6.0)), "{}", laminar(6.0));
+    // The pump is sized for it; nothing else differs.
+    let (usual, mut viscous) = (case(1.0, 0).plan, case(6.0, 0).plan);
+    assert!(viscous.physics.pump.tip_speed_m_s > usual.physics.pump.tip_speed_m_s);
+    viscous.physics.rheology.consistency_pa_sn = usual.physics.rheology.consistency_pa_sn;
+    viscous.physics.pump.tip_speed_m_s = usual.physics.pump.tip_speed_m_s;
+    assert_eq!(viscous, usual);
 }
 
 #[test]

@@ -180,6 +180,30 @@ fn a_pump_whose_signal_drops_out_for_seconds_is_told_and_makes_no_cause() {
 }
 
 #[test]
+fn a_reading_of_0_for_half_an_hour_that_the_others_contradict_is_told_and_makes_no_cause() {
+    let sound = Rig::of_hours().diagnosed();
+    let agree = "readings of 0 agree with the others";
+    assert!(!sound.json["checks"].to_string().contains(agree));
+    for (tag, channel) in [
+        ("FT1", "mud_pump_flow"),
+        ("FT4", "return_flow"),
+        ("SPM", "pump_speed"),
+    ] {
+        let dead = |i: usize, v: f64| if (4000..5800).contains(&i) { 0.0 } else { v };
+        let found = Rig::of_hours().each(&[tag], dead).diagnosed();
+        assert_eq!(
+            found.claimed(),
+            sound.claimed(),
+            "{tag}: {:#}",
+            found.json["findings"]
+        );
+        let told = format!("`{channel}` reads 0 from 4000 to 5799 s");
+        assert!(found.err.contains(&told), "{}", found.err);
+        assert!(found.json["checks"].to_string().contains(agree), "{tag}");
+    }
+}
+
+#[test]
 fn words_for_rest_are_told_of_the_columns_that_are_used() {
     let bench = Rig::first(3600).set_up();
     bench.dgd("convert rig.mat rig.csv").done();

@@ -211,6 +211,25 @@ fn an_episode_takes_the_place_of_an_effect_only_if_it_leaves_less() {
 }
 
 #[test]
+fn a_meter_that_jumps_to_a_part_of_the_flow_is_found_by_curves_that_are_fitted_again() {
+    // What flows over what is read: half of the meters in parallel are lost, or counted twice.
+    for more in [1.0, 0.5, -0.35] {
+        let record = off_by(Place::MeterFactor, more, |record, i| {
+            f64::from(u8::from(record.t_s[i] >= ON.0))
+        });
+        let found = instead_of(&record, &[], &asked(Place::MeterFactor)).unwrap();
+        let curve = &found.curve;
+        assert_eq!(curve.place, Place::MeterFactor);
+        assert!(
+            (curve.from - ON.0).abs() <= BLOCK_S && curve.goes_on(),
+            "{curve:?}"
+        );
+        let size = (1.0 + curve.at(curve.from)) / (1.0 + more);
+        assert!((size - 1.0).abs() < 0.07, "{more} {size}");
+    }
+}
+
+#[test]
 fn what_passes_competes_from_the_start_where_rows_look_like_it() {
     let beside = |record: &Record| {
         let gate = Tangent::at(record, &[], &[], Bend::Lean).unwrap();

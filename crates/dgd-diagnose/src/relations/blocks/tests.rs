@@ -15,7 +15,7 @@ fn stepping() -> Vec<f64> {
 
 #[test]
 fn calm_stretches_are_averaged_and_steps_are_kept() {
-    let (out, count) = calmed(&stepping());
+    let (out, count) = calmed(&stepping(), 0.0);
     for (i, v) in out.iter().enumerate() {
         let truth = if i < 200 { 0.03 } else { 0.04 };
         assert!((v - truth).abs() < 4.5 * NOISE, "block {i}: {v}");
@@ -30,7 +30,7 @@ fn calm_stretches_are_averaged_and_steps_are_kept() {
 fn a_gap_is_not_averaged_into_its_neighbours() {
     let mut values = stepping();
     values[100] = f64::NAN;
-    let (out, count) = calmed(&values);
+    let (out, count) = calmed(&values, 0.0);
     assert!(out[100].is_nan());
     assert!(
         out.iter()
@@ -59,7 +59,7 @@ fn parts(flow: Vec<f64>, drop_pa: f64) -> Parts {
 #[test]
 fn as_many_are_averaged_as_are_alike_on_both_sides_six_each_at_most() {
     let values = [0.04; 30];
-    let (out, count) = calmed(&values);
+    let (out, count) = calmed(&values, 0.0);
     for (b, n) in count.iter().enumerate() {
         let side = b.min(29 - b).min(6);
         assert_eq!(*n, (2 * side + 1) as f64, "{b}");
@@ -67,7 +67,7 @@ fn as_many_are_averaged_as_are_alike_on_both_sides_six_each_at_most() {
     assert!(out.iter().all(|v| (v - 0.04).abs() < 1e-15));
     // Of one value, and of nothing finite, there is nothing to average.
     for values in [vec![0.03], vec![f64::NAN; 3], vec![0.03, f64::NAN, 0.05]] {
-        let (out, count) = calmed(&values);
+        let (out, count) = calmed(&values, 0.0);
         assert_eq!(count, vec![1.0; values.len()]);
         for (a, b) in out.iter().zip(&values) {
             assert_eq!(a.to_bits(), b.to_bits());

@@ -192,6 +192,43 @@ fn a_start_that_flow_and_speed_tell_late_ends_the_stop() {
 }
 
 #[test]
+fn a_pump_that_turns_and_lifts_nothing_leaves_the_balance() {
+    let usual = Blocks::under(&stopped(), &[]).drop[10];
+    // The outlet stands at a share of the drop that flowing mud has.
+    let turning = |share: f64, flow_m3_s: f64| {
+        let mut record = stopped();
+        let turns = samples(24..STOP.end);
+        record.filled.pumping[turns.clone()].fill(true);
+        for values in [&mut record.flow, &mut record.filled.flow] {
+            values[turns.clone()].fill(flow_m3_s);
+        }
+        for values in [&mut record.outlet, &mut record.filled.outlet] {
+            values[turns.clone()]
+                .iter_mut()
+                .for_each(|v| *v -= usual * (1.0 - share));
+        }
+        rows(&record)
+    };
+    // The start takes its own row and what follows until two blocks lie behind it; the check valve opens in block 40.
+    let dead_headed = all(&[1..8, 9..13, 14..20]);
+    for (share, flow_m3_s) in [(0.0, 0.0), (0.2, 1.5e-3), (-0.2, 0.0)] {
+        let found = turning(share, flow_m3_s);
+        assert_eq!(used(&found.balance), dead_headed, "{share}");
+        // Curves are asked at neither: the valve may flutter.
+        assert_eq!(used(&found.still), [22]);
+        assert_eq!(used(&found.head), all(&[1..19, 41..60]));
+    }
+    // A meter that reads nothing where the outlet tells of a flow, and a line that fills, do not.
+    for share in [0.3, 1.0, -0.3] {
+        assert_eq!(
+            used(&turning(share, 0.0).balance),
+            all(&[1..8, 14..20]),
+            "{share}"
+        );
+    }
+}
+
+#[test]
 fn near_shut_off_the_head_has_no_rows() {
     let sound = rows(&stopped());
     // More than a twelfth of the greatest flow is enough, less is not; friction is asked at either.

@@ -1,0 +1,496 @@
+//! Readings that have gone dead: for many minutes they say that nothing flows or turns, and the others say otherwise.
+//!
+//! A reading of 0 may be true. Taken for true where it is not, a mud pump whose strokes are lost looks like a kick of just its flow, and a
+//! return meter that has failed like a loss; and where pump and flow contradict each other no row can be used, so that nothing is said of them.
+
+use crate::diagnosis::Check;
+use crate::numbers::{mean, mean_of, whole};
+use dgd_effects::{STANDING_M3_S, STANDING_PCT};
+use dgd_identify::Prepared;
+use dgd_recording::{Channel, Well};
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// How long a reading is 0 at the least, s: shorter ones are stops, and signals that come back. Set by hand.
+const LONG_S: f64 = 600.0;
+/// Time over which what came before is averaged, s. Set by hand.
+const BEFORE_S: f64 = 120.0;
+/// Before its end, and after its beginning, so much of it is not judged, s: mud and instruments come to rest. Set by hand.
+const SETTLES_S: f64 = 30.0;
+/// How many times what counts as standing there was before. Set by hand.
+const MOVED: f64 = 5.0;
+/// Share by which the balance of the riser may miss the flow that a pump had before, throughout. A kick is as large as the pump that
+/// stopped as it began by chance alone. Set by hand.
+const ALIKE: f64 = 0.15;
+/// What is judged at a time, s, and the share of a stretch in which readings must contradict each other: pumps do stop within an hour. Set by hand.
+const PART_S: f64 = 60.0;
+const MOSTLY: f64 = 0.6;
+/// The same of a pump that lifts nothing: one that is stopped does not. Set by hand.
+const NEARLY_ALL: f64 = 0.9;
+/// Share of what was there before from which on the line flows, and up to which it rests. Set by hand.
+const FLOWS: f64 = 0.5;
+const RESTS: f64 = 0.25;
+/// Friction that can be told from an error of the column's weight, Pa. Set by hand.
+const FRICTION_PA: f64 = 5e4;
+/// A pump that turns no slower than before, by this share, and has this share less to lift must lift mud: heads fall with the flow, or fold by less. Set
+/// by hand.
+const SPARE: f64 = 0.05;
+
+/// What readings of 0 contradict.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    /// The reading itself is lost: the others go on.
+    Lost(Channel),
+    /// The pump turns as before, at this speed, %, and does not lift.
+    LiftsNothing { speed_pct: f64 },
+}
+
+/// A stretch in which readings contradict each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Dead {
+    what: What,
+    from_s: f64,
+    to_s: f64,
+    /// What flowed, m³/s, or how fast the pump turned, %, until then.
+    before: f64,
+}
+
+/// The stretches of a recording, and the recording without the readings that are lost in them.
+pub(crate) fn without_dead<'a>(
+    well: &Well,
+    prepared: &'a Prepared,
+) -> (Vec<Dead>, Cow<'a, Prepared>) {
+    let found = stretches(well, prepared);
+    let mut alive = Cow::Borrowed(prepared);
+    for (dead, at) in &found {
+        let What::Lost(channel) = dead.what else {
+            continue;
+        };
+        let alive = alive.to_mut();
+        if let Some(values) = alive.recording.channel_mut(channel) {
+            values[at.clone()].fill(f64::NAN);
+            alive.keep[at.clone()].fill(false);
+        }
+    }
+    (found.into_iter().map(|(dead, _)| dead).collect(), alive)
+}
+
+impl Dead {
+    /// Whether it is the rig, not a reading, that does what no model has.
+    pub(crate) fn is_of_the_rig(&self) -> bool {
+        matches!(self.what, What::LiftsNothing { .. })
+    }
+
+    /// What is contradicted, and what to look at.
+    pub(crate) fn warning(&self) -> String {
+        let (from, to) = (self.from_s, self.to_s);
+        let l_min = 6e4 * self.before;
+        match self.what {
+            What::Lost(channel @ Channel::PumpSpeed) => format!(
+                "`{channel}` reads 0 from {from:.0} to {to:.0} s while mud is lifted, and is not used there; is its signal lost?"
+            ),
+            What::Lost(channel @ Channel::ReturnFlow) => format!(
+                "`{channel}` reads 0 from {from:.0} to {to:.0} s after {l_min:.0} L/min, while the outlet keeps the friction of a flow and the riser does not fill, and is \
+                 not used there; has the meter failed?"
+            ),
+            What::Lost(channel) => format!(
+                "`{channel}` reads 0 from {from:.0} to {to:.0} s after {l_min:.0} L/min, while just as much more comes back than is read to be pumped in, and is not used there; is its \
+                 signal lost?"
+            ),
+            What::LiftsNothing { speed_pct } => format!(
+                "the subsea pump turns at {speed_pct:.0} % from {from:.0} to {to:.0} s and lifts nothing, though it lifted {l_min:.0} L/min at no higher speed, and higher, until then: did it trip (is the \
+                 speed a set-point?), lose its prime, or was a valve shut? The model has no such thing"
+            ),
+        }
+    }
+
+    /// That readings contradict each other, if any do.
+    pub(crate) fn check(all: &[Self]) -> Option<Check> {
+        let told: Vec<String> = all
+            .iter()
+            .map(|dead| {
+                let what = match dead.what {
+                    What::Lost(channel) => format!("`{channel}` is lost"),
+                    What::LiftsNothing { .. } => "the subsea pump lifts nothing".to_owned(),
+                };
+                format!("{what} from {:.0} to {:.0} s", dead.from_s, dead.to_s)
+            })
+            .collect();
+        (!told.is_empty()).then(|| Check {
+            name: "readings of 0 agree with the others".into(),
+            passed: false,
+            detail: told.join("; "),
+        })
+    }
+}
+
+/// Series that are looked at together.
+struct Readings<'a> {
+    prepared: &'a Prepared,
+    inflows: [&'a [f64]; 3],
+    flow: &'a [f64],
+    speed: &'a [f64],
+    inlet: &'a [f64],
+    outlet: &'a [f64],
+    /// What a pascal at the pump inlet is worth in the riser, m³.
+    riser_m3_per_pa: f64,
+    /// Pressure of the full, standing line at the outlet, Pa.
+    column_pa: f64,
+}
+
+fn stretches(well: &Well, prepared: &Prepared) -> Vec<(Dead, Range<usize>)> {
+    let recording = &prepared.recording;
+    let readings = Readings {
+        prepared,
+        inflows: [
+            &recording.mud_pump_flow_m3_s,
+            &recording.booster_flow_m3_s,
+            &recording.topfill_flow_m3_s,
+        ],
+        flow: &recording.return_flow_m3_s,
+        speed: &recording.pump_speed_pct,
+        inlet: &prepared.inlet_pressure_pa,
+        outlet: &prepared.outlet_pressure_pa,
+        riser_m3_per_pa: well.geometry.riser_area_m2() / well.weight_pa_m(),
+        column_pa: -well.line_friction_pa(0.0),
+    };
+    let channels = [
+        (Channel::MudPumpFlow, readings.inflows[0], STANDING_M3_S),
+        (Channel::BoosterFlow, readings.inflows[1], STANDING_M3_S),
+        (Channel::ReturnFlow, readings.flow, STANDING_M3_S),
+        (Channel::PumpSpeed, readings.speed, STANDING_PCT),
+    ];
+    let mut found = Vec::new();
+    for (channel, values, standing) in channels {
+        for at in readings.at_rest(values, standing) {
+            let before = told(values, &readings.until(&at));
+            // What never moved before has not stopped.
+            if before > MOVED * standing
+                && let Some(what) = readings.judged((channel, values), &at, before)
+            {
+                let time = |i: usize| recording.time_s[i];
+                let dead = Dead {
+                    what,
+                    from_s: time(at.start),
+                    to_s: time(at.end - 1),
+                    before: if channel == Channel::PumpSpeed {
+                        0.0
+                    } else {
+                        before
+                    },
+                };
+                found.push((dead, at));
+            }
+        }
+    }
+    found
+}
+
+impl Readings<'_> {
+    fn samples(&self, seconds: f64) -> usize {
+        whole(seconds / self.prepared.step_s)
+    }
+
+    /// Stretches in which a reading tells of no more than standing; what is missing among it is no end of one.
+    fn at_rest(&self, values: &[f64], standing: f64) -> Vec<Range<usize>> {
+        let least = self.samples(LONG_S);
+        let mut found = Vec::new();
+        let mut start = None;
+        for (i, value) in values.iter().chain([&f64::INFINITY]).enumerate() {
+            if *value <= standing {
+                start.get_or_insert(i);
+            } else if !value.is_nan() {
+                let from = start.take().unwrap_or(i);
+                if i - from >= least.max(3) {
+                    found.push(from..i);
+                }
+            }
+        }
+        found
+    }
+
+    /// What comes before a stretch.
+    fn until(&self, at: &Range<usize>) -> Range<usize> {
+        at.start.saturating_sub(self.samples(BEFORE_S))..at.start
+    }
+
+    /// What comes after it.
+    fn after(&self, at: &Range<usize>) -> Range<usize> {
+        let settled = (at.end + self.samples(SETTLES_S)).min(self.flow.len());
+        settled..(settled + self.samples(BEFORE_S)).min(self.flow.len())
+    }
+
+    /// Share of the parts of a stretch, its ends left out, of which something is true.
+    fn share(&self, at: &Range<usize>, is: impl Fn(&Range<usize>) -> bool) -> f64 {
+        let settles = self.samples(SETTLES_S);
+        let part = self.samples(PART_S).max(1);
+        let parts = (at.start + settles..at.end.saturating_sub(settles) + 1 - part)
+            .step_by(part)
+            .map(|from| from..from + part);
+        mean_of(parts.map(|part| f64::from(u8::from(is(&part)))))
+    }
+
+    /// What contradicts the `values` of a channel in a stretch.
+    fn judged(
+        &self,
+        (channel, values): (Channel, &[f64]),
+        at: &Range<usize>,
+        before: f64,
+    ) -> Option<What> {
+        let friction_pa = |at: &Range<usize>| told(self.outlet, at) - self.column_pa;
+        let lift_pa = |at: &Range<usize>| told(self.outlet, at) - told(self.inlet, at);
+        let lost = |share: f64| (share >= MOSTLY).then_some(What::Lost(channel));
+        match channel {
+            Channel::PumpSpeed => lost(self.share(at, |part| {
+                told(self.flow, part) > MOVED * STANDING_M3_S && lift_pa(part) > 0.0
+            })),
+            Channel::ReturnFlow => {
+                let until = self.until(at);
+                let (rubbed_pa, lifted_pa) = (friction_pa(&until), lift_pa(&until));
+                let turned_pct = told(self.speed, &until);
+                if rubbed_pa.is_nan() || rubbed_pa < FRICTION_PA {
+                    return None;
+                }
+                let leaves = self.share(at, |part| {
+                    friction_pa(part) > FLOWS * rubbed_pa && self.imbalance(part) > FLOWS * before
+                });
+                let rests = self.share(at, |part| {
+                    friction_pa(part) < RESTS * rubbed_pa
+                        && told(self.speed, part) > (1.0 - SPARE) * turned_pct
+                        && lift_pa(part) < (1.0 - SPARE) * lifted_pa
+                });
+                let speed_pct = told(self.speed, at);
+                let trips = (rests >= NEARLY_ALL).then_some(What::LiftsNothing { speed_pct });
+                lost(leaves).or(trips)
+            }
+            _ => {
+                let settles = self.samples(SETTLES_S);
+                let missing =
+                    |part: &Range<usize>, of: f64| (-self.imbalance(part) / of - 1.0).abs() < ALIKE;
+                let mostly = self.share(at, |part| missing(part, before)) >= MOSTLY;
+                // A pump may change its rate meanwhile: as it is lost and as it comes back, the balance jumps by just what it reads.
+                let (first, last) = (at.start + settles, at.end - settles);
+                let part = self.samples(PART_S);
+                let after = told(values, &self.after(at));
+                let at_ends =
+                    missing(&(first..first + part), before) && missing(&(last - part..last), after);
+                (mostly || at_ends).then_some(What::Lost(channel))
+            }
+        }
+    }
+
+    /// What is read to flow in less what is read to flow out and what the riser stores, over a stretch, m³/s: Eq. 3.45. NaN where something is not
+    /// read.
+    fn imbalance(&self, at: &Range<usize>) -> f64 {
+        let edge = at.len().div_ceil(6);
+        let level = |from: usize| told(self.inlet, &(from..from + edge));
+        let rises_pa = level(at.end.saturating_sub(edge)) - level(at.start);
+        let seconds = self.prepared.step_s * (at.len() - edge) as f64;
+        let inflow: f64 = self.inflows.iter().map(|values| told(values, at)).sum();
+        inflow - told(self.flow, at) - self.riser_m3_per_pa * rises_pa / seconds
+    }
+}
+
+/// Mean of what is read in a stretch; NaN if that is less than half of it.
+fn told(values: &[f64], at: &Range<usize>) -> f64 {
+    let values: Vec<f64> = values[at.clone()]
+        .iter()
+        .copied()
+        .filter(|v| v.is_finite())
+        .collect();
+    if 2 * values.len() > at.len() {
+        mean(&values)
+    } else {
+        f64::NAN
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
+
+    use super::{Dead, LONG_S, What, without_dead};
+    use crate::numbers::whole;
+    use crate::record::Record;
+    use crate::test_rig::{DT_S, FLOW_M3_S, MUD_PUMP_M3_S, SPEED_PCT, recorded, steady};
+    use dgd_recording::Channel;
+    use std::ops::Range;
+
+    const FRICTION_PA: f64 = 8e5;
+
+    /// An hour of steady drilling, with something done to a stretch of it.
+    fn told(seconds: f64, does: impl Fn(&mut Record, Range<usize>)) -> Vec<Dead> {
+        let (record, at) = drilled(seconds, does);
+        let (well, prepared) = recorded(&record, 0.0);
+        let (dead, alive) = without_dead(&well, &prepared);
+        for one in &dead {
+            let At { from_s, to_s } = At::of(&at);
+            assert_eq!((one.from_s, one.to_s), (from_s, to_s));
+            if let What::Lost(channel) = one.what {
+                let mut recording = alive.recording.clone();
+                let values = recording.channel_mut(channel).unwrap();
+                let gone: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_nan()).collect();
+                assert_eq!(gone, at.clone().collect::<Vec<usize>>());
+                assert!(at.clone().all(|i| !alive.keep[i]));
+            }
+        }
+        dead
+    }
+
+    struct At {
+        from_s: f64,
+        to_s: f64,
+    }
+
+    impl At {
+        fn of(at: &Range<usize>) -> Self {
+            Self {
+                from_s: DT_S * at.start as f64,
+                to_s: DT_S * (at.end - 1) as f64,
+            }
+        }
+    }
+
+    fn drilled(seconds: f64, does: impl Fn(&mut Record, Range<usize>)) -> (Record, Range<usize>) {
+        let mut record = steady(360);
+        let outlet = record.column_pa() + FRICTION_PA;
+        record.outlet.fill(outlet);
+        record.booster.fill(FLOW_M3_S - MUD_PUMP_M3_S);
+        let at = 600..600 + whole(seconds / DT_S);
+        does(&mut record, at.clone());
+        (record, at)
+    }
+
+    fn is_lost(dead: &[Dead], channel: Channel) -> bool {
+        matches!(dead, [one] if one.what == What::Lost(channel)) && !dead[0].is_of_the_rig()
+    }
+
+    #[test]
+    fn a_reading_of_0_that_the_others_contradict_is_lost() {
+        for seconds in [LONG_S, 1500.0] {
+            assert!(is_lost(
+                &told(seconds, |r, at| r.mud_pump[at].fill(0.0)),
+                Channel::MudPumpFlow
+            ));
+            assert!(is_lost(
+                &told(seconds, |r, at| r.booster[at].fill(0.0)),
+                Channel::BoosterFlow
+            ));
+            assert!(is_lost(
+                &told(seconds, |r, at| r.flow[at].fill(0.0)),
+                Channel::ReturnFlow
+            ));
+            assert!(is_lost(
+                &told(seconds, |r, at| r.speed[at].fill(0.0)),
+                Channel::PumpSpeed
+            ));
+        }
+        assert!(told(LONG_S - 10.0, |r, at| r.mud_pump[at].fill(0.0)).is_empty());
+        assert!(told(1500.0, |_, _| {}).is_empty());
+    }
+
+    #[test]
+    fn pumps_do_stop_within_a_reading_that_is_lost() {
+        // Two connections of three minutes: nothing flows, and the line stands.
+        let dead = told(1500.0, |r, at| {
+            r.mud_pump[at.clone()].fill(0.0);
+            for stop in [
+                at.start + 100..at.start + 190,
+                at.start + 400..at.start + 490,
+            ] {
+                let column = r.column_pa();
+                r.flow[stop.clone()].fill(0.0);
+                r.booster[stop.clone()].fill(0.0);
+                r.outlet[stop].fill(column);
+            }
+        });
+        assert!(is_lost(&dead, Channel::MudPumpFlow), "{dead:?}");
+    }
+
+    #[test]
+    fn a_pump_may_change_its_rate_while_its_reading_is_lost() {
+        let faster = |back: f64| {
+            told(1500.0, |r, at| {
+                // Twice as fast soon, and so it stays, or is said to.
+                for values in [&mut r.flow, &mut r.mud_pump] {
+                    let sooner = at.start + 60..values.len();
+                    values[sooner].iter_mut().for_each(|q| *q += MUD_PUMP_M3_S);
+                }
+                r.mud_pump[at.clone()].fill(0.0);
+                r.mud_pump[at.end..].iter_mut().for_each(|q| *q *= back);
+            })
+        };
+        assert!(is_lost(&faster(1.0), Channel::MudPumpFlow));
+        assert!(faster(0.8).is_empty() && faster(1.25).is_empty());
+    }
+
+    #[test]
+    fn a_stop_a_kick_and_a_loss_are_none() {
+        let rests = |r: &mut Record, at: Range<usize>| {
+            let column = r.column_pa();
+            r.outlet[at.clone()].fill(column);
+            r.flow[at].fill(0.0);
+        };
+        // All pumps stop.
+        let stop = told(1500.0, |r, at| {
+            rests(r, at.clone());
+            r.mud_pump[at.clone()].fill(0.0);
+            r.booster[at.clone()].fill(0.0);
+            r.speed[at].fill(0.0);
+        });
+        assert!(stop.is_empty(), "{stop:?}");
+        // The mud pump stops, and a third as much flows in.
+        let kick = told(1500.0, |r, at| {
+            r.mud_pump[at.clone()].fill(0.0);
+            r.flow[at]
+                .iter_mut()
+                .for_each(|q| *q -= 0.67 * MUD_PUMP_M3_S);
+        });
+        assert!(kick.is_empty(), "{kick:?}");
+        // All mud is lost, the level falls, and the controller slows the pump.
+        let loss = told(1500.0, |r, at| {
+            rests(r, at.clone());
+            r.speed[at].fill(0.5 * SPEED_PCT);
+        });
+        assert!(loss.is_empty(), "{loss:?}");
+    }
+
+    #[test]
+    fn a_pump_that_turns_as_before_and_lifts_nothing_is_told_of() {
+        let trips = |slower: f64, inlet_pa: f64| {
+            told(1500.0, |r, at| {
+                let column = r.column_pa();
+                // Static: friction is gone, and the pump has less to lift.
+                r.inlet.fill(column + FRICTION_PA - 50e5);
+                r.inlet[at.clone()].fill(column + FRICTION_PA - 50e5 - inlet_pa);
+                r.outlet[at.clone()].fill(column);
+                r.flow[at.clone()].fill(0.0);
+                r.speed[at].fill(slower * SPEED_PCT);
+            })
+        };
+        let found = trips(1.0, 0.0);
+        assert!(
+            matches!(found.as_slice(), [one] if one.is_of_the_rig()),
+            "{found:?}"
+        );
+        assert!(
+            found[0]
+                .warning()
+                .contains("lifts nothing, though it lifted 2"),
+            "{}",
+            found[0].warning()
+        );
+        // Slower, or with a level that has fallen as far, it need not lift.
+        assert!(trips(0.9, 0.0).is_empty());
+        assert!(trips(1.0, 6e5).is_empty());
+        let check = Dead::check(&found).map(|check| (check.passed, check.detail));
+        assert_eq!(
+            check,
+            Some((
+                false,
+                "the subsea pump lifts nothing from 1200 to 2698 s".to_owned()
+            ))
+        );
+        assert!(Dead::check(&[]).is_none());
+    }
+}
