@@ -147,6 +147,12 @@ pub(crate) fn searched(
     let mut found = of_each(grids.collect(), |one| {
         vec![weighed(record, tangent, state, one).bare()]
     });
+    let beyond = apiece(found.iter().collect(), |coarse| {
+        beyond_grid(record, tangent, state, coarse)
+    });
+    for (found, more) in found.iter_mut().zip(beyond) {
+        found.extend(more);
+    }
     let both = effects.iter().zip(&found).collect();
     let places = apiece(both, |(effect, coarse)| {
         if !effect.is_switch() && !is_coarse(*effect, record) {
@@ -159,6 +165,48 @@ pub(crate) fn searched(
     let more = of_each(places, |one| sharpened(record, tangent, state, one));
     for (found, more) in found.iter_mut().zip(more) {
         found.extend(more);
+    }
+    found
+}
+
+/// Where the best strength of a grid is its last, further ones, as far as they explain more: a meter that is late by minutes is too rare to be weighed
+/// each time.
+fn beyond_grid(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    coarse: &[Candidate],
+) -> Vec<Candidate> {
+    /// From one strength to the next. Set by hand.
+    const FURTHER: f64 = 1.3;
+    /// So many in a row that explain less are enough.
+    const WORSE: usize = 2;
+    let mut found = Vec::new();
+    let best = (coarse.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let Some(best) = best else {
+        return found;
+    };
+    let strength = &best.applied.effect.about().parameters[0];
+    let Role::Grid(&[.., last]) = strength.role else {
+        return found;
+    };
+    if best.applied.parameters[0] < last {
+        return found;
+    }
+    let (mut most, mut worse) = (best.evidence, 0);
+    let mut at = last * FURTHER;
+    while at <= strength.high && worse < WORSE {
+        let mut one = best.applied.clone();
+        one.parameters[0] = at;
+        let further = weighed(record, tangent, state, one).bare();
+        worse = if further.evidence > most {
+            0
+        } else {
+            worse + 1
+        };
+        most = most.max(further.evidence);
+        found.push(further);
+        at *= FURTHER;
     }
     found
 }

@@ -26,7 +26,7 @@ static ABOUT: About = About {
             name: "tau_s",
             meaning: "time constant of the store",
             role: Role::Grid(&[
-                2.0, 3.0, 4.0, 5.0, 7.0, 9.0, 12.0, 15.0, 18.0, 22.0, 27.0, 33.0, 40.0, 55.0, 80.0,
+                2.0, 3.0, 4.0, 5.0, 7.0, 9.0, 12.0, 15.0, 18.0, 22.0, 27.0, 33.0, 40.0,
             ]),
             low: 0.0,
             high: 240.0,

@@ -512,3 +512,26 @@ fn a_scan_finds_a_switch_to_the_block_with_its_edge() {
     assert!((p[1] - GAS_S.0).abs() <= 30.0 && p[3] == 150.0, "{p:?}");
     assert!((p[1] + p[2] - GAS_S.0 - GAS_S.1).abs() <= 30.0, "{p:?}");
 }
+
+#[test]
+fn a_meter_that_is_late_by_a_minute_is_found_beyond_the_grid() {
+    let delay = find("return_flow_delay").unwrap();
+    let best = |late_s: f64| {
+        let record = drilled(Hidden {
+            late_s,
+            ..Hidden::default()
+        });
+        let tangent = about(&record);
+        let before = record.tally.work().hypotheses;
+        let found = scan(&record, &tangent, &[], delay).unwrap();
+        let weighed = record.tally.work().hypotheses - before;
+        (found.applied.parameters[0], weighed)
+    };
+    // The steps of a third go on from 30 s.
+    let (found_s, further) = best(60.0);
+    assert!((50.0..70.0).contains(&found_s), "{found_s}");
+    // Of one that is on the grid none is tried beyond it.
+    let (found_s, on_it) = best(12.0);
+    assert!((found_s - 12.0).abs() <= 1.0, "{found_s}");
+    assert!((4..9).contains(&(further - on_it)), "{further} {on_it}");
+}
