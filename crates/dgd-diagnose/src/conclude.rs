@@ -173,8 +173,7 @@ pub fn diagnose(
 
     let unjudged = Unjudged::of(&record, &full.rows);
     let tested = tested(&record, &selection, &findings, &models.start, swell);
-    let sound =
-        not_worse.passed && against.leaves_nothing() && !dead.iter().any(Dead::is_of_the_rig);
+    let sound = not_worse.passed && against.leaves_nothing();
     let checks = (start.check(record.setting.span_s).into_iter())
         .chain(stability)
         .chain([not_worse])

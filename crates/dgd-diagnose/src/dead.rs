@@ -19,16 +19,17 @@ const BEFORE_S: f64 = 120.0;
 const SETTLES_S: f64 = 30.0;
 /// How many times what counts as standing there was before. Set by hand.
 const MOVED: f64 = 5.0;
-/// Share by which the balance of the riser may miss the flow that a pump had before, throughout. A kick is as large as the pump that
-/// stopped as it began by chance alone. Set by hand.
+/// Share by which the jump of the riser's balance may differ from the flow that a pump had: a kick is so like it only by chance. Set by hand.
 const ALIKE: f64 = 0.15;
 /// What is judged at a time, s, and the share of a stretch in which readings must contradict each other: pumps do stop within an hour. Set by hand.
 const PART_S: f64 = 60.0;
 const MOSTLY: f64 = 0.6;
 /// The same of a pump that lifts nothing: one that is stopped does not. Set by hand.
 const NEARLY_ALL: f64 = 0.9;
-/// Share of what was there before from which on the line flows, and up to which it rests. Set by hand.
+/// Share of what was there before from which on the line flows, by the weight of a column that stops tell and by that of the description; and up to
+/// which it rests. Set by hand.
 const FLOWS: f64 = 0.5;
+const FLOWS_AS_DESCRIBED: f64 = 0.75;
 const RESTS: f64 = 0.25;
 /// Friction that can be told from an error of the column's weight, Pa. Set by hand.
 const FRICTION_PA: f64 = 5e4;
@@ -51,7 +52,7 @@ pub(crate) struct Dead {
     what: What,
     from_s: f64,
     to_s: f64,
-    /// What flowed, m³/s, or how fast the pump turned, %, until then.
+    /// What was read until then, m³/s or %; of a pump that lifts nothing, the flow.
     before: f64,
 }
 
@@ -76,18 +77,13 @@ pub(crate) fn without_dead<'a>(
 }
 
 impl Dead {
-    /// Whether it is the rig, not a reading, that does what no model has.
-    pub(crate) fn is_of_the_rig(&self) -> bool {
-        matches!(self.what, What::LiftsNothing { .. })
-    }
-
     /// What is contradicted, and what to look at.
     pub(crate) fn warning(&self) -> String {
         let (from, to) = (self.from_s, self.to_s);
         let l_min = 6e4 * self.before;
         match self.what {
             What::Lost(channel @ Channel::PumpSpeed) => format!(
-                "`{channel}` reads 0 from {from:.0} to {to:.0} s while mud is lifted, and is not used there; is its signal lost?"
+                "`{channel}` reads 0 from {from:.0} to {to:.0} s while the outlet keeps the friction of a flow, and is not used there; is its signal lost, or does another pump lift?"
             ),
             What::Lost(channel @ Channel::ReturnFlow) => format!(
                 "`{channel}` reads 0 from {from:.0} to {to:.0} s after {l_min:.0} L/min, while the outlet keeps the friction of a flow and the riser does not fill, and is \
@@ -134,13 +130,14 @@ struct Readings<'a> {
     outlet: &'a [f64],
     /// What a pascal at the pump inlet is worth in the riser, m³.
     riser_m3_per_pa: f64,
-    /// Pressure of the full, standing line at the outlet, Pa.
+    /// Pressure of the standing line at the outlet, Pa, and whether stops tell it, not the description.
     column_pa: f64,
+    is_read: bool,
 }
 
 fn stretches(well: &Well, prepared: &Prepared) -> Vec<(Dead, Range<usize>)> {
     let recording = &prepared.recording;
-    let readings = Readings {
+    let mut readings = Readings {
         prepared,
         inflows: [
             &recording.mud_pump_flow_m3_s,
@@ -153,7 +150,11 @@ fn stretches(well: &Well, prepared: &Prepared) -> Vec<(Dead, Range<usize>)> {
         outlet: &prepared.outlet_pressure_pa,
         riser_m3_per_pa: well.geometry.riser_area_m2() / well.weight_pa_m(),
         column_pa: -well.line_friction_pa(0.0),
+        is_read: false,
     };
+    if let Some(column_pa) = readings.column_at_stops() {
+        (readings.column_pa, readings.is_read) = (column_pa, true);
+    }
     let channels = [
         (Channel::MudPumpFlow, readings.inflows[0], STANDING_M3_S),
         (Channel::BoosterFlow, readings.inflows[1], STANDING_M3_S),
@@ -164,20 +165,16 @@ fn stretches(well: &Well, prepared: &Prepared) -> Vec<(Dead, Range<usize>)> {
     for (channel, values, standing) in channels {
         for at in readings.at_rest(values, standing) {
             let before = told(values, &readings.until(&at));
-            // What never moved before has not stopped.
-            if before > MOVED * standing
-                && let Some(what) = readings.judged((channel, values), &at, before)
-            {
+            // What never moved before has not stopped; a speed that never changed may not have been trusted then.
+            let moved =
+                before > MOVED * standing || channel == Channel::PumpSpeed && before.is_nan();
+            if moved && let Some(what) = readings.judged((channel, values), &at, before) {
                 let time = |i: usize| recording.time_s[i];
                 let dead = Dead {
                     what,
                     from_s: time(at.start),
                     to_s: time(at.end - 1),
-                    before: if channel == Channel::PumpSpeed {
-                        0.0
-                    } else {
-                        before
-                    },
+                    before,
                 };
                 found.push((dead, at));
             }
@@ -191,19 +188,36 @@ impl Readings<'_> {
         whole(seconds / self.prepared.step_s)
     }
 
-    /// Stretches in which a reading tells of no more than standing; what is missing among it is no end of one.
+    /// What the outlet reads where neither anything flows nor the pump turns; `None` of less than a minute of that.
+    fn column_at_stops(&self) -> Option<f64> {
+        let stops = |i: &usize| {
+            self.flow[*i] <= STANDING_M3_S
+                && self.speed[*i] <= STANDING_PCT
+                && self.outlet[*i].is_finite()
+        };
+        let read: Vec<f64> = (0..self.flow.len())
+            .filter(stops)
+            .map(|i| self.outlet[i])
+            .collect();
+        (read.len() >= self.samples(PART_S).max(1)).then(|| mean(&read))
+    }
+
+    /// Stretches in which a reading tells of no more than standing, from the first to the last that does; less than a minute that is missing among
+    /// it is no end of one.
     fn at_rest(&self, values: &[f64], standing: f64) -> Vec<Range<usize>> {
-        let least = self.samples(LONG_S);
+        let (least, missing) = (self.samples(LONG_S).max(3), self.samples(PART_S).max(1));
         let mut found = Vec::new();
-        let mut start = None;
+        let mut rest: Option<Range<usize>> = None;
         for (i, value) in values.iter().chain([&f64::INFINITY]).enumerate() {
-            if *value <= standing {
-                start.get_or_insert(i);
-            } else if !value.is_nan() {
-                let from = start.take().unwrap_or(i);
-                if i - from >= least.max(3) {
-                    found.push(from..i);
-                }
+            let rests = *value <= standing;
+            let ends = !rests && !value.is_nan();
+            if let Some(at) = rest.take_if(|at| ends || i - at.end >= missing)
+                && at.len() >= least
+            {
+                found.push(at);
+            }
+            if rests {
+                rest.get_or_insert(i..i).end = i + 1;
             }
         }
         found
@@ -223,11 +237,16 @@ impl Readings<'_> {
     /// Share of the parts of a stretch, its ends left out, of which something is true.
     fn share(&self, at: &Range<usize>, is: impl Fn(&Range<usize>) -> bool) -> f64 {
         let settles = self.samples(SETTLES_S);
-        let part = self.samples(PART_S).max(1);
+        let part = self.part();
         let parts = (at.start + settles..at.end.saturating_sub(settles) + 1 - part)
             .step_by(part)
             .map(|from| from..from + part);
         mean_of(parts.map(|part| f64::from(u8::from(is(&part)))))
+    }
+
+    /// Samples of what is judged at a time: a rate needs two.
+    fn part(&self) -> usize {
+        self.samples(PART_S).max(2)
     }
 
     /// What contradicts the `values` of a channel in a stretch.
@@ -240,22 +259,30 @@ impl Readings<'_> {
         let friction_pa = |at: &Range<usize>| told(self.outlet, at) - self.column_pa;
         let lift_pa = |at: &Range<usize>| told(self.outlet, at) - told(self.inlet, at);
         let lost = |share: f64| (share >= MOSTLY).then_some(What::Lost(channel));
+        let until = self.until(at);
+        let rubbed_pa = friction_pa(&until);
+        let rubs = |part: &Range<usize>| {
+            let flows = if self.is_read {
+                FLOWS
+            } else {
+                FLOWS_AS_DESCRIBED
+            };
+            rubbed_pa > FRICTION_PA && friction_pa(part) > flows * rubbed_pa
+        };
         match channel {
             Channel::PumpSpeed => lost(self.share(at, |part| {
-                told(self.flow, part) > MOVED * STANDING_M3_S && lift_pa(part) > 0.0
+                // Less may flow than before.
+                let rubs_read = self.is_read && friction_pa(part) > FRICTION_PA;
+                told(self.flow, part) > MOVED * STANDING_M3_S && (rubs_read || rubs(part))
             })),
             Channel::ReturnFlow => {
-                let until = self.until(at);
-                let (rubbed_pa, lifted_pa) = (friction_pa(&until), lift_pa(&until));
-                let turned_pct = told(self.speed, &until);
-                if rubbed_pa.is_nan() || rubbed_pa < FRICTION_PA {
-                    return None;
-                }
                 let leaves = self.share(at, |part| {
-                    friction_pa(part) > FLOWS * rubbed_pa && self.imbalance(part) > FLOWS * before
+                    rubs(part) && self.imbalance(part) > FLOWS * before
                 });
+                let (turned_pct, lifted_pa) = (told(self.speed, &until), lift_pa(&until));
                 let rests = self.share(at, |part| {
-                    friction_pa(part) < RESTS * rubbed_pa
+                    rubbed_pa > FRICTION_PA
+                        && friction_pa(part) < RESTS * rubbed_pa
                         && told(self.speed, part) > (1.0 - SPARE) * turned_pct
                         && lift_pa(part) < (1.0 - SPARE) * lifted_pa
                 });
@@ -264,16 +291,18 @@ impl Readings<'_> {
                 lost(leaves).or(trips)
             }
             _ => {
-                let settles = self.samples(SETTLES_S);
-                let missing =
-                    |part: &Range<usize>, of: f64| (-self.imbalance(part) / of - 1.0).abs() < ALIKE;
-                let mostly = self.share(at, |part| missing(part, before)) >= MOSTLY;
+                // What is missing as well where the pump was read is another matter: one that is not logged, a kick before.
+                let missing = |part: &Range<usize>, beside: &Range<usize>, of: f64| {
+                    let jump = self.imbalance(beside) - self.imbalance(part);
+                    (jump / of - 1.0).abs() < ALIKE
+                };
+                let mostly = self.share(at, |part| missing(part, &until, before)) >= MOSTLY;
                 // A pump may change its rate meanwhile: as it is lost and as it comes back, the balance jumps by just what it reads.
+                let (settles, part) = (self.samples(SETTLES_S), self.part());
                 let (first, last) = (at.start + settles, at.end - settles);
-                let part = self.samples(PART_S);
-                let after = told(values, &self.after(at));
-                let at_ends =
-                    missing(&(first..first + part), before) && missing(&(last - part..last), after);
+                let after = self.after(at);
+                let at_ends = missing(&(first..first + part), &until, before)
+                    && missing(&(last - part..last), &after, told(values, &after));
                 (mostly || at_ends).then_some(What::Lost(channel))
             }
         }
@@ -282,6 +311,9 @@ impl Readings<'_> {
     /// What is read to flow in less what is read to flow out and what the riser stores, over a stretch, m³/s: Eq. 3.45. NaN where something is not
     /// read.
     fn imbalance(&self, at: &Range<usize>) -> f64 {
+        if at.len() < 2 {
+            return f64::NAN;
+        }
         let edge = at.len().div_ceil(6);
         let level = |from: usize| told(self.inlet, &(from..from + edge));
         let rises_pa = level(at.end.saturating_sub(edge)) - level(at.start);
@@ -362,7 +394,7 @@ mod tests {
     }
 
     fn is_lost(dead: &[Dead], channel: Channel) -> bool {
-        matches!(dead, [one] if one.what == What::Lost(channel)) && !dead[0].is_of_the_rig()
+        matches!(dead, [one] if one.what == What::Lost(channel))
     }
 
     #[test]
@@ -409,19 +441,71 @@ mod tests {
 
     #[test]
     fn a_pump_may_change_its_rate_while_its_reading_is_lost() {
-        let faster = |back: f64| {
+        // Twice as fast soon; at the end as fast still, or not.
+        let faster = |at_the_end: f64| {
             told(1500.0, |r, at| {
-                // Twice as fast soon, and so it stays, or is said to.
                 for values in [&mut r.flow, &mut r.mud_pump] {
                     let sooner = at.start + 60..values.len();
                     values[sooner].iter_mut().for_each(|q| *q += MUD_PUMP_M3_S);
                 }
-                r.mud_pump[at.clone()].fill(0.0);
-                r.mud_pump[at.end..].iter_mut().for_each(|q| *q *= back);
+                let last = at.end - 120..at.end;
+                let more = (at_the_end - 1.0) * 2.0 * MUD_PUMP_M3_S;
+                r.flow[last].iter_mut().for_each(|q| *q += more);
+                r.mud_pump[at].fill(0.0);
             })
         };
         assert!(is_lost(&faster(1.0), Channel::MudPumpFlow));
         assert!(faster(0.8).is_empty() && faster(1.25).is_empty());
+    }
+
+    #[test]
+    fn what_is_missing_before_as_well_is_no_lost_reading() {
+        // A booster that is not logged pumps as much as the mud pump, which stops; a kick that comes on does not stop with it.
+        let unlogged = told(1500.0, |r, at| {
+            r.flow.iter_mut().for_each(|q| *q += MUD_PUMP_M3_S);
+            r.flow[at.clone()]
+                .iter_mut()
+                .for_each(|q| *q -= MUD_PUMP_M3_S);
+            r.mud_pump[at].fill(0.0);
+        });
+        assert!(unlogged.is_empty(), "{unlogged:?}");
+    }
+
+    #[test]
+    fn a_flow_without_friction_tells_of_no_pump_and_a_speed_that_is_missing_of_no_rest() {
+        // Trip tank through the meter: the line stands.
+        let trips = told(1500.0, |r, at| {
+            let column = r.column_pa();
+            r.speed[at.clone()].fill(0.0);
+            r.outlet[at].fill(column);
+        });
+        assert!(trips.is_empty(), "{trips:?}");
+        // Three minutes of rest, and then nothing read.
+        let gap = told(1500.0, |r, at| {
+            r.speed[at.start..at.start + 90].fill(0.0);
+            r.speed[at.start + 90..at.end].fill(f64::NAN);
+        });
+        assert!(gap.is_empty(), "{gap:?}");
+    }
+
+    #[test]
+    fn a_loss_is_no_dead_meter_where_the_description_weighs_the_mud_too_light() {
+        // By 5 %: what is lost takes 8 bar of friction with it, of 16.8 as described.
+        let lost = |back: f64| {
+            let (record, _) = drilled(1500.0, |r, at| {
+                let heavier = 0.05 * (r.column_pa() - 1e5);
+                r.outlet.iter_mut().for_each(|p| *p += heavier);
+                r.outlet[at.clone()]
+                    .iter_mut()
+                    .for_each(|p| *p -= back * FRICTION_PA);
+                r.flow[at.clone()].fill(0.0);
+                r.speed[at].fill(0.5 * SPEED_PCT);
+            });
+            let (well, prepared) = recorded(&record, 0.0);
+            without_dead(&well, &prepared).0
+        };
+        assert!(lost(1.0).is_empty());
+        assert!(is_lost(&lost(0.0), Channel::ReturnFlow));
     }
 
     #[test]
@@ -439,12 +523,12 @@ mod tests {
             r.speed[at].fill(0.0);
         });
         assert!(stop.is_empty(), "{stop:?}");
-        // The mud pump stops, and a third as much flows in.
+        // The mud pump stops, and four fifths as much flow in.
         let kick = told(1500.0, |r, at| {
             r.mud_pump[at.clone()].fill(0.0);
             r.flow[at]
                 .iter_mut()
-                .for_each(|q| *q -= 0.67 * MUD_PUMP_M3_S);
+                .for_each(|q| *q -= 0.2 * MUD_PUMP_M3_S);
         });
         assert!(kick.is_empty(), "{kick:?}");
         // All mud is lost, the level falls, and the controller slows the pump.
@@ -470,7 +554,7 @@ mod tests {
         };
         let found = trips(1.0, 0.0);
         assert!(
-            matches!(found.as_slice(), [one] if one.is_of_the_rig()),
+            matches!(found.as_slice(), [one] if matches!(one.what, What::LiftsNothing { .. })),
             "{found:?}"
         );
         assert!(

@@ -169,7 +169,7 @@ pub(crate) fn searched(
     found
 }
 
-/// Where the best strength of a grid is its last, further ones, as far as they explain more: a meter that is late by minutes is too rare to be weighed
+/// Where the best strength of a grid is its last, further ones, as far as they explain more: what is late by minutes is too rare for these to be weighed
 /// each time.
 fn beyond_grid(
     record: &Record,
@@ -182,7 +182,8 @@ fn beyond_grid(
     /// So many in a row that explain less are enough.
     const WORSE: usize = 2;
     let mut found = Vec::new();
-    let best = (coarse.iter()).max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let best = (coarse.iter().filter(|c| c.evidence.is_finite()))
+        .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
     let Some(best) = best else {
         return found;
     };

@@ -31,7 +31,7 @@ pub(super) fn sized(
         // Rows are not linear in an error of the flow.
         signature = shown(&curve);
         if let Some(far) = far(record, tangent, state, &curve)
-            && far.evidence - times * times / 2.0 > evidence
+            && far.evidence > evidence
         {
             (curve, signature, evidence) = (far.curve, far.signature, far.evidence);
         }
@@ -97,11 +97,14 @@ fn far(record: &Record, tangent: &Tangent, state: &[Applied], near: &Curve) -> O
         )
     };
     let more = |a: &(f64, Far), b: &(f64, Far)| a.1.evidence.total_cmp(&b.1.evidence);
-    let mut best = apiece(TRIED.to_vec(), of).into_iter().max_by(more)?;
+    let finite = |tried: &(f64, Far)| tried.1.evidence.is_finite();
+    let mut best = (apiece(TRIED.to_vec(), of).into_iter().filter(finite)).max_by(more)?;
     for share in [0.5, 0.25] {
         let from = best.0;
         let about = [1.0 - NEXT * share, 1.0 + NEXT * share].map(|by| of(from * by));
-        best = about.into_iter().chain([best]).max_by(more)?;
+        best = (about.into_iter().filter(finite))
+            .chain([best])
+            .max_by(more)?;
     }
     Some(best.1)
 }
