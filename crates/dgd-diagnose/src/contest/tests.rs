@@ -295,9 +295,9 @@ fn within_an_instruments_accuracy_nothing_is_material() {
 fn a_bound_is_one_of_what_is_plausible_and_nothing_at_all_is_none() {
     for (id, at, expected) in [
         ("return_flow_gain", 1.0, true),
-        ("return_flow_gain", -0.5, true),
+        ("return_flow_gain", -0.8, true),
         ("return_flow_gain", 0.99, false),
-        ("return_flow_gain", -0.49, false),
+        ("return_flow_gain", -0.79, false),
         ("line_restriction", 500.0, true),
         ("line_restriction", 499.0, false),
         // Of one sign: at 0 there is none of it.
