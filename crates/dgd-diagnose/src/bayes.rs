@@ -26,6 +26,14 @@ pub(crate) fn evidence(energy: f64, score: f64, width: f64, one_sided: bool) -> 
     }
 }
 
+/// Evidence of a strength at which the curves were fitted again, so many widths of its prior away from nothing.
+///
+/// - `saved`: by what the misfit is less.
+/// - `energy`: of the signature of one width, as if it were straight that far.
+pub(crate) fn evidence_at(widths: f64, energy: f64, saved: f64) -> f64 {
+    saved - 0.5 * (widths * widths + (1.0 + energy).ln())
+}
+
 /// ln of the mean of exponentials.
 pub(crate) fn ln_mean_exp(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let top = values.clone().fold(f64::NEG_INFINITY, f64::max);

@@ -5,7 +5,7 @@ mod late;
 pub(crate) use late::put_on_one_scale;
 
 use crate::ablation::Step;
-use crate::bayes::ln_mean_exp;
+use crate::bayes::{evidence_at, ln_mean_exp};
 use crate::cores::apiece;
 use crate::empirical::excess;
 use crate::numbers::whole;
@@ -379,10 +379,9 @@ fn strong(
         let changes = tangent.off.iter().zip(&off);
         let signature: Vec<f64> = changes.map(|(a, b)| (a - b) / strength).collect();
         let energy = dot(&signature, &signature);
-        let price = 0.5 * (times * times + (1.0 + usual * usual * energy).ln());
         Candidate {
             applied,
-            evidence: saved - price,
+            evidence: evidence_at(times, usual * usual * energy, saved),
             // As if it were straight that far: its best strength is the one that was tried.
             score: strength * energy,
             signature,

@@ -4,7 +4,7 @@
 //! return meter that has failed like a loss; and where pump and flow contradict each other no row can be used, so that nothing is said of them.
 
 use crate::diagnosis::Check;
-use crate::numbers::{mean, mean_of, whole};
+use crate::numbers::{mean_of, whole};
 use dgd_effects::{STANDING_M3_S, STANDING_PCT};
 use dgd_identify::Prepared;
 use dgd_recording::{Channel, Well};
@@ -195,11 +195,8 @@ impl Readings<'_> {
                 && self.speed[*i] <= STANDING_PCT
                 && self.outlet[*i].is_finite()
         };
-        let read: Vec<f64> = (0..self.flow.len())
-            .filter(stops)
-            .map(|i| self.outlet[i])
-            .collect();
-        (read.len() >= self.samples(PART_S).max(1)).then(|| mean(&read))
+        let read = || (0..self.flow.len()).filter(stops).map(|i| self.outlet[i]);
+        (read().count() >= self.samples(PART_S).max(1)).then(|| mean_of(read()))
     }
 
     /// Stretches in which a reading tells of no more than standing, from the first to the last that does; less than a minute that is missing among
@@ -249,6 +246,75 @@ impl Readings<'_> {
         self.samples(PART_S).max(2)
     }
 
+    fn friction_pa(&self, at: &Range<usize>) -> f64 {
+        told(self.outlet, at) - self.column_pa
+    }
+
+    /// Whether the line flows, by what its friction was before a stretch.
+    fn rubs(&self, part: &Range<usize>, rubbed_pa: f64) -> bool {
+        let flows = if self.is_read {
+            FLOWS
+        } else {
+            FLOWS_AS_DESCRIBED
+        };
+        rubbed_pa > FRICTION_PA && self.friction_pa(part) > flows * rubbed_pa
+    }
+
+    /// Whether mud is lifted while the speed says that nothing turns.
+    fn speed_is_lost(&self, at: &Range<usize>) -> bool {
+        let rubbed_pa = self.friction_pa(&self.until(at));
+        let lifts = |part: &Range<usize>| {
+            // Less may flow than before.
+            let rubs_read = self.is_read && self.friction_pa(part) > FRICTION_PA;
+            told(self.flow, part) > MOVED * STANDING_M3_S
+                && (rubs_read || self.rubs(part, rubbed_pa))
+        };
+        self.share(at, lifts) >= MOSTLY
+    }
+
+    /// Whether mud leaves through the line while its meter says that nothing flows, as `before` did, m³/s.
+    fn meter_is_lost(&self, at: &Range<usize>, before: f64) -> bool {
+        let rubbed_pa = self.friction_pa(&self.until(at));
+        let leaves = |part: &Range<usize>| {
+            self.rubs(part, rubbed_pa) && self.imbalance(part) > FLOWS * before
+        };
+        self.share(at, leaves) >= MOSTLY
+    }
+
+    /// Whether the pump turns as before, with less to lift, and the line stands.
+    fn lifts_nothing(&self, at: &Range<usize>) -> bool {
+        let lift_pa = |at: &Range<usize>| told(self.outlet, at) - told(self.inlet, at);
+        let until = self.until(at);
+        let (rubbed_pa, lifted_pa) = (self.friction_pa(&until), lift_pa(&until));
+        let turned_pct = told(self.speed, &until);
+        let rests = |part: &Range<usize>| {
+            rubbed_pa > FRICTION_PA
+                && self.friction_pa(part) < RESTS * rubbed_pa
+                && told(self.speed, part) > (1.0 - SPARE) * turned_pct
+                && lift_pa(part) < (1.0 - SPARE) * lifted_pa
+        };
+        self.share(at, rests) >= NEARLY_ALL
+    }
+
+    /// Whether as much comes back while a pump says that nothing flows as did `before`, m³/s, or as it goes and as it comes again.
+    fn inflow_is_lost(&self, values: &[f64], at: &Range<usize>, before: f64) -> bool {
+        // What is missing as well where the pump was read is another matter: one that is not logged, a kick before.
+        let missing = |part: &Range<usize>, beside: &Range<usize>, of: f64| {
+            let jump = self.imbalance(beside) - self.imbalance(part);
+            (jump / of - 1.0).abs() < ALIKE
+        };
+        let until = self.until(at);
+        if self.share(at, |part| missing(part, &until, before)) >= MOSTLY {
+            return true;
+        }
+        // A pump may change its rate meanwhile: as it is lost and as it comes back, the balance jumps by just what it reads.
+        let (settles, part) = (self.samples(SETTLES_S), self.part());
+        let (first, last) = (at.start + settles, at.end - settles);
+        let after = self.after(at);
+        missing(&(first..first + part), &until, before)
+            && missing(&(last - part..last), &after, told(values, &after))
+    }
+
     /// What contradicts the `values` of a channel in a stretch.
     fn judged(
         &self,
@@ -256,56 +322,17 @@ impl Readings<'_> {
         at: &Range<usize>,
         before: f64,
     ) -> Option<What> {
-        let friction_pa = |at: &Range<usize>| told(self.outlet, at) - self.column_pa;
-        let lift_pa = |at: &Range<usize>| told(self.outlet, at) - told(self.inlet, at);
-        let lost = |share: f64| (share >= MOSTLY).then_some(What::Lost(channel));
-        let until = self.until(at);
-        let rubbed_pa = friction_pa(&until);
-        let rubs = |part: &Range<usize>| {
-            let flows = if self.is_read {
-                FLOWS
-            } else {
-                FLOWS_AS_DESCRIBED
-            };
-            rubbed_pa > FRICTION_PA && friction_pa(part) > flows * rubbed_pa
+        let is_lost = match channel {
+            Channel::PumpSpeed => self.speed_is_lost(at),
+            Channel::ReturnFlow => self.meter_is_lost(at, before),
+            _ => self.inflow_is_lost(values, at, before),
         };
-        match channel {
-            Channel::PumpSpeed => lost(self.share(at, |part| {
-                // Less may flow than before.
-                let rubs_read = self.is_read && friction_pa(part) > FRICTION_PA;
-                told(self.flow, part) > MOVED * STANDING_M3_S && (rubs_read || rubs(part))
-            })),
-            Channel::ReturnFlow => {
-                let leaves = self.share(at, |part| {
-                    rubs(part) && self.imbalance(part) > FLOWS * before
-                });
-                let (turned_pct, lifted_pa) = (told(self.speed, &until), lift_pa(&until));
-                let rests = self.share(at, |part| {
-                    rubbed_pa > FRICTION_PA
-                        && friction_pa(part) < RESTS * rubbed_pa
-                        && told(self.speed, part) > (1.0 - SPARE) * turned_pct
-                        && lift_pa(part) < (1.0 - SPARE) * lifted_pa
-                });
-                let speed_pct = told(self.speed, at);
-                let trips = (rests >= NEARLY_ALL).then_some(What::LiftsNothing { speed_pct });
-                lost(leaves).or(trips)
-            }
-            _ => {
-                // What is missing as well where the pump was read is another matter: one that is not logged, a kick before.
-                let missing = |part: &Range<usize>, beside: &Range<usize>, of: f64| {
-                    let jump = self.imbalance(beside) - self.imbalance(part);
-                    (jump / of - 1.0).abs() < ALIKE
-                };
-                let mostly = self.share(at, |part| missing(part, &until, before)) >= MOSTLY;
-                // A pump may change its rate meanwhile: as it is lost and as it comes back, the balance jumps by just what it reads.
-                let (settles, part) = (self.samples(SETTLES_S), self.part());
-                let (first, last) = (at.start + settles, at.end - settles);
-                let after = self.after(at);
-                let at_ends = missing(&(first..first + part), &until, before)
-                    && missing(&(last - part..last), &after, told(values, &after));
-                (mostly || at_ends).then_some(What::Lost(channel))
-            }
+        if is_lost {
+            return Some(What::Lost(channel));
         }
+        let speed_pct = told(self.speed, at);
+        (channel == Channel::ReturnFlow && self.lifts_nothing(at))
+            .then_some(What::LiftsNothing { speed_pct })
     }
 
     /// What is read to flow in less what is read to flow out and what the riser stores, over a stretch, m³/s: Eq. 3.45. NaN where something is not
@@ -325,13 +352,9 @@ impl Readings<'_> {
 
 /// Mean of what is read in a stretch; NaN if that is less than half of it.
 fn told(values: &[f64], at: &Range<usize>) -> f64 {
-    let values: Vec<f64> = values[at.clone()]
-        .iter()
-        .copied()
-        .filter(|v| v.is_finite())
-        .collect();
-    if 2 * values.len() > at.len() {
-        mean(&values)
+    let read = || values[at.clone()].iter().copied().filter(|v| v.is_finite());
+    if 2 * read().count() > at.len() {
+        mean_of(read())
     } else {
         f64::NAN
     }
@@ -356,8 +379,8 @@ mod tests {
         let (well, prepared) = recorded(&record, 0.0);
         let (dead, alive) = without_dead(&well, &prepared);
         for one in &dead {
-            let At { from_s, to_s } = At::of(&at);
-            assert_eq!((one.from_s, one.to_s), (from_s, to_s));
+            let times_s = (DT_S * at.start as f64, DT_S * (at.end - 1) as f64);
+            assert_eq!((one.from_s, one.to_s), times_s);
             if let What::Lost(channel) = one.what {
                 let mut recording = alive.recording.clone();
                 let values = recording.channel_mut(channel).unwrap();
@@ -367,20 +390,6 @@ mod tests {
             }
         }
         dead
-    }
-
-    struct At {
-        from_s: f64,
-        to_s: f64,
-    }
-
-    impl At {
-        fn of(at: &Range<usize>) -> Self {
-            Self {
-                from_s: DT_S * at.start as f64,
-                to_s: DT_S * (at.end - 1) as f64,
-            }
-        }
     }
 
     fn drilled(seconds: f64, does: impl Fn(&mut Record, Range<usize>)) -> (Record, Range<usize>) {

@@ -2,7 +2,7 @@
 
 use super::drawn::least;
 use super::{Correction, Course, size};
-use crate::bayes::evidence;
+use crate::bayes::{evidence, evidence_at};
 use crate::cores::apiece;
 use crate::record::Record;
 use crate::relations::{Applied, joined};
@@ -83,10 +83,8 @@ fn far(record: &Record, tangent: &Tangent, state: &[Applied], near: &Curve) -> O
         let left = tangent.left_over(record, &joined(state, &Applied::from(&curve)));
         let widths = (factor - 1.0) / curve.place.width();
         let signature: Vec<f64> = tangent.off.iter().zip(&left).map(|(a, b)| a - b).collect();
-        // As if it were straight that far.
         let energy = dot(&signature, &signature) / (widths * widths);
-        let price = 0.5 * (widths * widths + (1.0 + energy).ln());
-        let evidence = misfit(&tangent.off) - misfit(&left) - price;
+        let evidence = evidence_at(widths, energy, misfit(&tangent.off) - misfit(&left));
         (
             factor,
             Far {

@@ -79,6 +79,10 @@ fn bad_arguments_exit_with_2_and_say_what_was_expected() {
             vec!["gom", "--out", "x", "--hours", "nan"],
             "expected a number up to 2400",
         ),
+        (
+            vec!["conceal", "--out", "x", "--viscosity", "0"],
+            "expected a number from 0.1 to 100",
+        ),
         (vec!["gim"], "`gim` is not understood"),
     ] {
         let done = run(&arguments);
