@@ -24,6 +24,8 @@ pub enum Step {
     Corrections,
     /// A correction loses what its busiest ten minutes bring.
     Busiest,
+    /// Where a correction tells more than any effect, what sets in is weighed as what ends as well.
+    Ends,
     /// Before `unknown`, a second effect beside the best is tried: it may do what a correction does, or bend the best one's form.
     TwoDo,
     /// What the relations keep beyond that of sound recordings once the search has ended is `unknown`.
@@ -36,7 +38,7 @@ pub enum Step {
 
 impl Step {
     /// Every step, in the order of the chain.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Projection,
         Self::LateFlows,
         Self::Stops,
@@ -47,6 +49,7 @@ impl Step {
         Self::Footprints,
         Self::Corrections,
         Self::Busiest,
+        Self::Ends,
         Self::TwoDo,
         Self::Remains,
         Self::Laminar,
@@ -66,6 +69,7 @@ impl Step {
             Self::Projection => "projection",
             Self::Corrections => "corrections",
             Self::Busiest => "busiest",
+            Self::Ends => "ends",
             Self::TwoDo => "two-do",
             Self::Remains => "remains",
             Self::Laminar => "laminar",

@@ -14,7 +14,7 @@ use crate::refine::refine;
 use crate::relations::{Applied, joined, on_grid};
 use crate::scan::{Candidate, likeliest, more_places, scan, searched, sharpen, weigh};
 use crate::tangent::{Bend, Tangent};
-use dgd_effects::{Effect, Method, Relation, catalogue};
+use dgd_effects::{About, Effect, Method, Relation, catalogue};
 use dgd_lsq::dot;
 use dgd_recording::{Rank, quantile};
 use late::{retime, take_off_what_noise_brings};
@@ -114,7 +114,31 @@ impl Tangents<'_> {
 
 /// Evidence of every effect that a state does not hold, best first.
 pub(crate) fn contest(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
-    let mut out = contenders(record, gate, state);
+    held_against_all(record, gate, state, catalogue())
+}
+
+/// Evidence of some effects, in the form that [ends](Effect::passing), best first.
+pub(crate) fn ending(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    asked: impl Fn(&About) -> bool,
+) -> Vec<Contender> {
+    let forms: Vec<&'static dyn Effect> = (catalogue().iter())
+        .filter_map(|effect| effect.passing())
+        .filter(|form| asked(form.about()))
+        .collect();
+    held_against_all(record, gate, state, &forms)
+}
+
+/// Evidence of some effects, of those that a state does not hold, best first.
+fn held_against_all(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    effects: &[&'static dyn Effect],
+) -> Vec<Contender> {
+    let mut out = contenders(record, gate, state, effects);
     likeliest_first(&mut out);
     hold_without_doubtful(record, gate, state, &mut out);
     take_off_what_happened_once(record, gate, &mut out);
@@ -135,8 +159,13 @@ fn likeliest_first(contenders: &mut [Contender]) {
     contenders.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }
 
-/// The effects of the catalogue that a state does not hold, and those of them that come and go, at other times, weighed.
-fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contender> {
+/// Those of some effects that a state does not hold, and those of them that come and go, at other times, weighed.
+pub(crate) fn contenders(
+    record: &Record,
+    gate: &Tangent,
+    state: &[Applied],
+    effects: &[&'static dyn Effect],
+) -> Vec<Contender> {
     let taken: Vec<&str> = state
         .iter()
         .filter(|a| !a.allowance && a.effect.about().duration().is_none())
@@ -148,7 +177,7 @@ fn contenders(record: &Record, gate: &Tangent, state: &[Applied]) -> Vec<Contend
         lean: gate,
         stiff: OnceLock::new(),
     };
-    let effects: Vec<&'static dyn Effect> = (catalogue().iter().copied())
+    let effects: Vec<&'static dyn Effect> = (effects.iter().copied())
         .filter(|effect| {
             let about = effect.about();
             about.search.method == Method::Relations && !taken.contains(&about.id)

@@ -150,7 +150,7 @@ fn rows(record: &Record, one: &Applied) -> Range<usize> {
     if about.extent() == Extent::Always {
         return 0..all;
     }
-    let (from, to) = about.interval_s(&one.parameters, record.setting.span_s);
+    let (from, to) = one.effect.acts_s(&one.parameters, record.setting.span_s);
     let first = record.t_s.partition_point(|t| *t < from);
     let end = record.t_s.partition_point(|t| *t <= to);
     // The last samples may lie behind the span, as means of fewer than the others.

@@ -1,6 +1,7 @@
 //! One round of the search: what stands out is named, or shown to be nothing in the catalogue, or nothing is.
 
 mod beside;
+mod ends;
 mod findings;
 mod footprint;
 mod form;
@@ -18,6 +19,7 @@ use crate::selection::{Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use beside::{Beside, Second, rivals_beside};
 use dgd_effects::{Curve, Quantity, Relation};
+use ends::weigh_ends;
 use footprint::{Footprint, known};
 use form::Bent;
 use suction::Unmeasured;
@@ -86,10 +88,11 @@ impl<'a> Round<'a> {
             .filter(|n| n.is_unnamed())
             .filter_map(|n| n.applied.curve())
             .collect();
-        let (contenders, rivals) = both(
+        let (mut contenders, rivals) = both(
             || contest(record, &gate, &state),
             || rivals_beside(record, &gate, &state, &unnamed),
         );
+        weigh_ends((record, &gate, &state), &mut contenders, &rivals);
         let known = known(record, &state, selection)?;
         let footprints = if record.takes(Step::Footprints) {
             Footprint::all(record, &gate, &state, &known)

@@ -2,7 +2,7 @@
 
 mod switches;
 
-pub(crate) use switches::switches;
+pub(crate) use switches::{gap, switches};
 
 use crate::bayes::evidence;
 use crate::cores::apiece;
@@ -41,10 +41,15 @@ impl Candidate {
 const MOST_ONSETS: f64 = 60.0;
 const COARSE_ONSETS: f64 = 32.0;
 
-/// How far apart the onsets of an effect are tried, s, unless that were too many. A switch is sharpened to the block later: its grid only
-/// measures energies.
+/// Whether an effect is sought where a [switch](switches) in its place would explain most, and sharpened to the block there: its grid only measures
+/// energies.
+fn is_switched(effect: &dyn Effect) -> bool {
+    effect.is_switch() || effect.lasting().is_some()
+}
+
+/// How far apart the onsets of an effect are tried, s, unless that were too many.
 fn every_s(effect: &dyn Effect) -> f64 {
-    if effect.is_switch() { 1200.0 } else { 600.0 }
+    if is_switched(effect) { 1200.0 } else { 600.0 }
 }
 
 /// Onsets that would be tried, were the grid as fine on all recordings.
@@ -67,6 +72,17 @@ pub(crate) fn more_places(effect: &dyn Effect, record: &Record) -> f64 {
     }
 }
 
+/// The first and the last onset, s, at which what stays is sought: it shows little at the end, and is not told from what was always there at the
+/// beginning.
+pub(crate) fn onsets_that_stay(record: &Record) -> (f64, f64) {
+    let (from, to) = record.setting.span_s;
+    let span = to - from;
+    (
+        from + (0.06 * span).min(1800.0),
+        to - (0.08 * span).min(2400.0),
+    )
+}
+
 /// Grid values of each parameter; the strength of a proportional effect stands at a third of its usual size.
 pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
     let about = effect.about();
@@ -87,14 +103,13 @@ pub(crate) fn grids(effect: &dyn Effect, record: &Record) -> Vec<Vec<f64>> {
                 } else {
                     places(effect, record).max(10.0)
                 });
-                // What stays shows little at the end, and is not told from what was always there at the beginning.
                 let (first, last) = if about.duration().is_some() {
-                    (0.01 * span, 0.04 * span)
+                    (from + 0.01 * span, to - 0.04 * span)
                 } else {
-                    ((0.06 * span).min(1800.0), (0.08 * span).min(2400.0))
+                    onsets_that_stay(record)
                 };
-                let step = (span - first - last) / (count - 1) as f64;
-                (0..count).map(|k| from + first + step * k as f64).collect()
+                let step = (last - first) / (count - 1) as f64;
+                (0..count).map(|k| first + step * k as f64).collect()
             }
             Role::Edge(values) => values[..1].to_vec(),
             Role::Duration(values) => {
@@ -155,18 +170,57 @@ pub(crate) fn searched(
     }
     let both = effects.iter().zip(&found).collect();
     let places = apiece(both, |(effect, coarse)| {
-        if !effect.is_switch() && !is_coarse(*effect, record) {
+        if !is_switched(*effect) && !is_coarse(*effect, record) {
             return Vec::new();
         }
+        // What otherwise stays is sought from the best of its grid as well.
+        let best = (coarse.iter())
+            .filter(|c| effect.lasting().is_some() && c.evidence.is_finite())
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
         (switches(record, tangent, &pull, state, *effect, coarse).into_iter())
+            .chain(best.map(|c| c.applied.parameters.clone()))
             .map(|parameters| Applied::new(*effect, parameters))
             .collect()
     });
+    let places = most_likely(record, tangent, state, places);
     let more = of_each(places, |one| sharpened(record, tangent, state, one));
     for (found, more) in found.iter_mut().zip(more) {
         found.extend(more);
     }
     found
+}
+
+/// Of what otherwise stays the likeliest places, as each of its shapes has several and few are worth sharpening; of other effects all.
+fn most_likely(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    places: Vec<Vec<Applied>>,
+) -> Vec<Vec<Applied>> {
+    /// Places that are sharpened. Set by hand.
+    const MOST: usize = 3;
+    let many = |group: &Vec<Applied>| {
+        group.len() > MOST && group.iter().all(|one| one.effect.lasting().is_some())
+    };
+    let (asked, kept): (Vec<_>, Vec<_>) = (places.into_iter())
+        .map(|group| {
+            if many(&group) {
+                (group, Vec::new())
+            } else {
+                (Vec::new(), group)
+            }
+        })
+        .unzip();
+    let weighed = of_each(asked, |one| {
+        vec![weighed(record, tangent, state, one).bare()]
+    });
+    let likeliest = weighed.into_iter().map(|mut group| {
+        group.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        (group.into_iter().take(MOST)).map(|c| c.applied)
+    });
+    (kept.into_iter().zip(likeliest))
+        .map(|(kept, likeliest)| kept.into_iter().chain(likeliest).collect())
+        .collect()
 }
 
 /// Where the best strength of a grid is its last, further ones, as far as they explain more: what is late by minutes is too rare for these to be weighed
@@ -301,14 +355,22 @@ pub(crate) fn sharpen(
     state: &[Applied],
     start: Candidate,
 ) -> Candidate {
-    let about = start.applied.effect.about();
+    let effect = start.applied.effect;
+    let about = effect.about();
     let Some(onset) = about.onset() else {
         return start;
     };
     let mut best = start;
     // What was weighed before was no better than the best of then.
     let mut seen = vec![best.applied.parameters.clone()];
-    for step_s in [40.0, 20.0, 10.0] {
+    // What otherwise stays may end anywhere, and its energy differs too much from place to place to be proposed close by.
+    let form = effect.lasting().is_some();
+    let steps_s: &[f64] = if form {
+        &[640.0, 320.0, 160.0, 80.0, 40.0, 20.0, 10.0]
+    } else {
+        &[40.0, 20.0, 10.0]
+    };
+    for step_s in steps_s.iter().copied() {
         for _ in 0..4 {
             let mut moved = false;
             for (ends, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
@@ -324,7 +386,8 @@ pub(crate) fn sharpen(
                     (_, Some(d)) => p[d] += sign * step_s,
                     _ => continue,
                 }
-                if seen.contains(&p) {
+                let short = |d: usize| form && p[d] < about.parameters[d].low;
+                if seen.contains(&p) || about.duration().is_some_and(short) {
                     continue;
                 }
                 seen.push(p.clone());

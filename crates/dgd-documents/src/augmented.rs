@@ -4,7 +4,7 @@ use crate::model::float;
 use crate::reader::{Section, Value};
 use dgd_effects::{
     About, AppliedEffect, AugmentedModel, Curves, Effect, KNOTS, Laminar, Method, Parameter, Place,
-    Quantity, Role, Scale, catalogue, find,
+    Quantity, Role, Scale, catalogue, find, find_taking,
 };
 use std::fmt::Write as _;
 
@@ -65,9 +65,10 @@ fn list(values: &[f64]) -> String {
 }
 
 fn write_effect(text: &mut String, applied: &AppliedEffect) -> std::fmt::Result {
-    let names = find(&applied.id).map_or(&[][..], |effect| effect.about().parameters);
-    let goes_on = find(&applied.id).is_some_and(|effect| effect.takes(names.len() + 1));
-    if let Some(effect) = find(&applied.id) {
+    let effect = find_taking(&applied.id, applied.parameters.len()).or_else(|| find(&applied.id));
+    let names = effect.map_or(&[][..], |effect| effect.about().parameters);
+    let goes_on = effect.is_some_and(|effect| effect.takes(names.len() + 1));
+    if let Some(effect) = effect {
         writeln!(text, "\n[[augmented.effects]] # {}", effect.about().title)?;
     } else {
         writeln!(text, "\n[[augmented.effects]]")?;
@@ -220,9 +221,16 @@ fn read_effect(section: &Section<'_, '_>, item: &Value<'_>) -> Option<AppliedEff
         );
         return None;
     };
+    let parameters = parameters?;
+    // One that ends is told by its duration.
+    let ends = |form: &&'static dyn Effect| {
+        let about = form.about();
+        (about.duration()).is_some_and(|k| parameters.get(about.parameters[k].name).is_some())
+    };
+    let effect = effect.passing().filter(ends).unwrap_or(effect);
     Some(AppliedEffect {
         id: name.to_owned(),
-        parameters: read_parameters(effect, &parameters?)?,
+        parameters: read_parameters(effect, &parameters)?,
     })
 }
 

@@ -3,7 +3,7 @@
 mod run;
 
 use crate::curves::Curves;
-use crate::{Curve, Effect, MeterPath, Method, Quantity, Setting, find};
+use crate::{Curve, Effect, MeterPath, Method, Quantity, Setting, find_taking};
 use dgd_recording::STANDING_M3_S;
 use run::{Acting, Line, Stretch};
 use std::ops::Range;
@@ -23,12 +23,10 @@ impl AppliedEffect {
     /// # Errors
     /// [`UnknownEffect`] if the catalogue holds none of that id, or one with another number of parameters.
     pub fn look_up(&self) -> Result<&'static dyn Effect, UnknownEffect> {
-        find(&self.id)
-            .filter(|e| e.takes(self.parameters.len()))
-            .ok_or_else(|| UnknownEffect {
-                id: self.id.clone(),
-                given: self.parameters.len(),
-            })
+        find_taking(&self.id, self.parameters.len()).ok_or_else(|| UnknownEffect {
+            id: self.id.clone(),
+            given: self.parameters.len(),
+        })
     }
 }
 

@@ -94,3 +94,18 @@ pub fn find(id: &str) -> Option<&'static dyn Effect> {
     }
     catalogue().iter().copied().find(|e| e.about().id == id)
 }
+
+/// The effect of an id that takes so many parameters: as it stays, or as it [passes](Effect::passing).
+///
+/// ```
+/// use dgd_effects::{Extent, find_taking};
+/// let extent = |count| find_taking("line_leak", count).map(|effect| effect.about().extent());
+/// assert_eq!(extent(2), Some(Extent::FromOnset));
+/// assert_eq!(extent(3), Some(Extent::Passing));
+/// assert_eq!(extent(4), None);
+/// ```
+pub fn find_taking(id: &str, parameters: usize) -> Option<&'static dyn Effect> {
+    let stays = find(id)?;
+    let mut forms = [Some(stays), stays.passing()].into_iter().flatten();
+    forms.find(|effect| effect.takes(parameters))
+}

@@ -141,6 +141,17 @@ impl Parameter {
         role: Role::Onset,
         ..Self::BASE
     };
+
+    /// How long what usually stays lasts where it ends.
+    pub const LASTS: Self = Self {
+        name: "duration_s",
+        meaning: "how long it lasts",
+        role: Role::Duration(&[1800.0, 6000.0, 16_000.0]),
+        low: 1200.0,
+        usual: 3600.0,
+        time_error_s: 20.0,
+        ..Self::BASE
+    };
 }
 
 /// What is known of an effect before any data.
@@ -170,7 +181,8 @@ pub struct About {
     pub search: Search,
 }
 
-/// When an effect acts: its action changes nothing, and keeps nothing in mind, before its onset, and changes nothing after its end.
+/// When an effect acts: its action changes nothing, and keeps nothing in mind, before its onset, and changes nothing once it is over
+/// ([`Effect::acts_s`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// The whole recording.
@@ -217,6 +229,25 @@ pub trait Effect: Send + Sync {
     /// Whether the action keeps no state and is in force at once, but for an edge, so that a search can move its onset like a switch.
     fn is_switch(&self) -> bool {
         false
+    }
+
+    /// The same effect as one that ends, with how long it lasts as the last parameter; `None` of what has no such form. A search asks for it
+    /// where the form that stays does not tell what shows.
+    fn passing(&self) -> Option<&'static dyn Effect> {
+        None
+    }
+
+    /// The effect that stays, of which this is the form that ends; `None` of any other.
+    fn lasting(&self) -> Option<&'static dyn Effect> {
+        None
+    }
+
+    /// From when to when it may change something, s, in a recording that spans from, to, s.
+    ///
+    /// # Panics
+    /// If there are fewer parameters than described.
+    fn acts_s(&self, parameters: &[f64], span_s: (f64, f64)) -> (f64, f64) {
+        self.about().interval_s(parameters, span_s)
     }
 
     /// How long, s, an action with these parameters remembers: what it saw before moves what it does by rounding alone.

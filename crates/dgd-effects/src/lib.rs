@@ -16,12 +16,13 @@ mod curves;
 mod effect;
 mod moment;
 mod own;
+mod passing;
 mod search;
 
 pub use augmented::{
     AppliedEffect, AugmentedModel, CarriedOver, FreeRun, Inputs, STANDING_PCT, UnknownEffect,
 };
-pub use catalogue::{catalogue, find, told_apart_by, unknown};
+pub use catalogue::{catalogue, find, find_taking, told_apart_by, unknown};
 pub use correction::{Curve, KNOTS, Place, Quantity};
 pub use curves::{
     Curves, FRICTION_TERMS, HEAD_POWERS, HEAD_TERMS, Laminar, Scale, friction_terms, head_terms,

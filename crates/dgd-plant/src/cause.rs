@@ -3,6 +3,41 @@
 //! Each [`Cause`] is simulated where nature has it, in the riser, the line, the pump or an instrument; the
 //! channels only show what follows. Parameters are SI. Times count from the start of the recording.
 
+/// When a cause acts that is not always there: once, or twice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spans {
+    /// From, to, s; to infinity where it stays.
+    pub first_s: (f64, f64),
+    /// When it comes again, from, to, s.
+    pub again_s: Option<(f64, f64)>,
+}
+
+impl Spans {
+    /// From some time on, s.
+    pub fn since(onset_s: f64) -> Self {
+        Self::once((onset_s, f64::INFINITY))
+    }
+
+    /// From, to, s.
+    pub fn once(first_s: (f64, f64)) -> Self {
+        Self {
+            first_s,
+            again_s: None,
+        }
+    }
+
+    fn each(self) -> impl Iterator<Item = (f64, f64)> {
+        std::iter::once(self.first_s).chain(self.again_s)
+    }
+
+    /// 1 while it acts, 0 otherwise.
+    fn acts(self, t_s: f64) -> f64 {
+        f64::from(u8::from(
+            self.each().any(|(from, to)| t_s >= from && t_s < to),
+        ))
+    }
+}
+
 /// One piece of physics or one instrument error that a plan adds to the clean plant.
 ///
 /// Of a kind given twice in one plan the last counts.
@@ -34,15 +69,15 @@ pub enum Cause {
         bias_pa: f64,
         /// 1 or 2.
         sensor: u8,
-        /// When, s.
-        onset_s: f64,
+        /// When.
+        acts: Spans,
     },
     /// Mud of another weight is pumped.
     MudDensityChange {
         /// New less old, kg/m³.
         delta_rho_kg_m3: f64,
-        /// When it reaches the pump inlet, s.
-        onset_s: f64,
+        /// When it reaches the pump inlet.
+        acts: Spans,
     },
     /// Cuttings raise the density while the well is drilled.
     CuttingsLoading {
@@ -79,8 +114,8 @@ pub enum Cause {
     GasInPump {
         /// Share of the head lost.
         head_loss_fraction: f64,
-        /// From, to, s.
-        span_s: (f64, f64),
+        /// When.
+        acts: Spans,
     },
     /// The pump follows its set-point with a first-order lag.
     PumpSpeedLag {
@@ -91,8 +126,8 @@ pub enum Cause {
     Influx {
         /// Plateau, m³/s.
         rate_m3_s: f64,
-        /// From, to, s.
-        span_s: (f64, f64),
+        /// When.
+        acts: Spans,
     },
     /// Mud is lost where the pressure at the pump inlet's depth exceeds what the formation holds.
     LostCirculation {
@@ -100,8 +135,8 @@ pub enum Cause {
         j_m3_s_pa: f64,
         /// Pressure at the pump inlet's depth where losses begin, Pa absolute.
         fracture_pa: f64,
-        /// When, s.
-        onset_s: f64,
+        /// When.
+        acts: Spans,
     },
     /// The drill string's outflow follows the mud pump.
     UTube {
@@ -146,15 +181,15 @@ pub enum Cause {
     LineRestriction {
         /// Loss coefficient on the line's velocity head.
         k: f64,
-        /// When, s.
-        onset_s: f64,
+        /// When.
+        acts: Spans,
     },
     /// The line loses mud between the pump and the meter, while it flows.
     LineLeak {
         /// Loss over the root of the gauge pressure at the line's foot, m³/s/√Pa.
         c: f64,
-        /// When, s.
-        onset_s: f64,
+        /// When.
+        acts: Spans,
     },
     /// Gas cushions before the meter store mud, one behind the other.
     LineGasStorage {
@@ -213,19 +248,19 @@ impl Foreign {
 pub(crate) struct Active {
     pub(crate) delay_s: f64,
     pub(crate) outlet_bias_pa: f64,
-    pub(crate) outlet_step: Option<(f64, u8, f64)>,
+    pub(crate) outlet_step: Option<(f64, u8, Spans)>,
     pub(crate) return_gain: Option<f64>,
     pub(crate) inflow_gain: Option<f64>,
-    pub(crate) density: Option<(f64, f64)>,
+    pub(crate) density: Option<(f64, Spans)>,
     pub(crate) cuttings_kg_m3: f64,
     pub(crate) yield_stress: Option<(f64, f64)>,
     pub(crate) gel: Option<(f64, f64, f64)>,
     pub(crate) drain_m_s: f64,
     pub(crate) leak_growth_m3_s2: f64,
-    pub(crate) gas: Option<(f64, (f64, f64))>,
+    pub(crate) gas: Option<(f64, Spans)>,
     pub(crate) speed_lag_s: f64,
-    pub(crate) influx: Option<(f64, (f64, f64))>,
-    pub(crate) loss: Option<(f64, f64, f64)>,
+    pub(crate) influx: Option<(f64, Spans)>,
+    pub(crate) loss: Option<(f64, f64, Spans)>,
     /// While the string fills, and while it drains.
     pub(crate) string_lag_s: Option<[f64; 2]>,
     pub(crate) booster_lag_s: Option<f64>,
@@ -234,8 +269,8 @@ pub(crate) struct Active {
     pub(crate) pipe_before_start: bool,
     pub(crate) heave: Option<(f64, f64)>,
     pub(crate) viscosity: Option<(f64, f64)>,
-    pub(crate) restriction: Option<(f64, f64)>,
-    pub(crate) leak: Option<(f64, f64)>,
+    pub(crate) restriction: Option<(f64, Spans)>,
+    pub(crate) leak: Option<(f64, Spans)>,
     pub(crate) cushions_s: [f64; 2],
     pub(crate) foreign: Option<Foreign>,
 }
@@ -252,12 +287,12 @@ impl Active {
                 Cause::OutletPressureBiasStep {
                     bias_pa,
                     sensor,
-                    onset_s,
-                } => a.outlet_step = Some((bias_pa, sensor, onset_s)),
+                    acts,
+                } => a.outlet_step = Some((bias_pa, sensor, acts)),
                 Cause::MudDensityChange {
                     delta_rho_kg_m3,
-                    onset_s,
-                } => a.density = Some((delta_rho_kg_m3, onset_s)),
+                    acts,
+                } => a.density = Some((delta_rho_kg_m3, acts)),
                 Cause::CuttingsLoading { delta_rho_kg_m3 } => a.cuttings_kg_m3 = delta_rho_kg_m3,
                 Cause::YieldStress {
                     tau_pa,
@@ -272,15 +307,15 @@ impl Active {
                 Cause::PumpWear { leak_growth_m3_s2 } => a.leak_growth_m3_s2 = leak_growth_m3_s2,
                 Cause::GasInPump {
                     head_loss_fraction,
-                    span_s,
-                } => a.gas = Some((head_loss_fraction, span_s)),
+                    acts,
+                } => a.gas = Some((head_loss_fraction, acts)),
                 Cause::PumpSpeedLag { tau_s } => a.speed_lag_s = tau_s,
-                Cause::Influx { rate_m3_s, span_s } => a.influx = Some((rate_m3_s, span_s)),
+                Cause::Influx { rate_m3_s, acts } => a.influx = Some((rate_m3_s, acts)),
                 Cause::LostCirculation {
                     j_m3_s_pa,
                     fracture_pa,
-                    onset_s,
-                } => a.loss = Some((j_m3_s_pa, fracture_pa, onset_s)),
+                    acts,
+                } => a.loss = Some((j_m3_s_pa, fracture_pa, acts)),
                 Cause::UTube { tau_s, drains_s } => a.string_lag_s = Some([tau_s, drains_s]),
                 Cause::BoosterLineStorage { tau_s } => a.booster_lag_s = Some(tau_s),
                 Cause::AnnulusArea { area_m2 } => a.area_m2 = Some(area_m2),
@@ -296,8 +331,8 @@ impl Active {
                     relative_mu_change,
                     length_s,
                 } => a.viscosity = Some((relative_mu_change, length_s)),
-                Cause::LineRestriction { k, onset_s } => a.restriction = Some((k, onset_s)),
-                Cause::LineLeak { c, onset_s } => a.leak = Some((c, onset_s)),
+                Cause::LineRestriction { k, acts } => a.restriction = Some((k, acts)),
+                Cause::LineLeak { c, acts } => a.leak = Some((c, acts)),
                 Cause::LineGasStorage { cushions_s } => a.cushions_s = cushions_s,
                 Cause::Foreign(f) => a.foreign = Some(f),
             }
@@ -307,32 +342,32 @@ impl Active {
 
     /// Share of the head that gas takes at `t_s`: it comes and goes within a tenth of the time.
     pub(crate) fn gas_share(&self, t_s: f64) -> f64 {
-        self.gas.map_or(0.0, |(fraction, span)| {
-            fraction * trapezium(t_s, span, 0.1, 0.1)
+        self.gas.map_or(0.0, |(fraction, acts)| {
+            fraction * rises_and_falls(t_s, acts, 0.1, 0.1)
         })
     }
 
     pub(crate) fn influx_m3_s(&self, t_s: f64) -> f64 {
-        self.influx
-            .map_or(0.0, |(rate, span)| rate * trapezium(t_s, span, 0.2, 0.33))
+        self.influx.map_or(0.0, |(rate, acts)| {
+            rate * rises_and_falls(t_s, acts, 0.2, 0.33)
+        })
     }
 
     pub(crate) fn loss_m3_s(&self, t_s: f64, pressure_pa: f64) -> f64 {
-        self.loss.map_or(0.0, |(j, fracture, onset)| {
-            j * after(t_s, onset) * (pressure_pa - fracture).max(0.0)
+        self.loss.map_or(0.0, |(j, fracture, acts)| {
+            j * acts.acts(t_s) * (pressure_pa - fracture).max(0.0)
         })
     }
 
     /// Loss coefficient added to the line at `t_s`.
     pub(crate) fn restriction_k(&self, t_s: f64) -> f64 {
-        self.restriction
-            .map_or(0.0, |(k, onset)| k * after(t_s, onset))
+        self.restriction.map_or(0.0, |(k, acts)| k * acts.acts(t_s))
     }
 
     /// What the foot of the line loses at `t_s`, m³/s, for a gauge pressure.
     pub(crate) fn leak_m3_s(&self, t_s: f64, gauge_pa: f64) -> f64 {
-        self.leak.map_or(0.0, |(c, onset)| {
-            c * after(t_s, onset) * gauge_pa.max(0.0).sqrt()
+        self.leak.map_or(0.0, |(c, acts)| {
+            c * acts.acts(t_s) * gauge_pa.max(0.0).sqrt()
         })
     }
 
@@ -347,13 +382,13 @@ impl Active {
     /// Density the new mud adds to what is pumped at `t_s`, kg/m³.
     pub(crate) fn new_mud_kg_m3(&self, t_s: f64) -> f64 {
         self.density
-            .map_or(0.0, |(delta, onset)| delta * after(t_s, onset))
+            .map_or(0.0, |(delta, acts)| delta * acts.acts(t_s))
     }
 
     /// What the outlet transmitters `(1, 2)` read too much, Pa.
     pub(crate) fn outlet_error_pa(&self, t_s: f64) -> [f64; 2] {
         let step = |which: u8| match self.outlet_step {
-            Some((bias, sensor, onset)) if sensor == which => bias * after(t_s, onset),
+            Some((bias, sensor, acts)) if sensor == which => bias * acts.acts(t_s),
             _ => 0.0,
         };
         [self.outlet_bias_pa + step(1), self.outlet_bias_pa + step(2)]
@@ -365,8 +400,11 @@ impl Active {
     }
 }
 
-fn after(t_s: f64, onset_s: f64) -> f64 {
-    if t_s >= onset_s { 1.0 } else { 0.0 }
+/// What [`trapezium`] comes to each time that it acts.
+fn rises_and_falls(t_s: f64, acts: Spans, rise: f64, fall: f64) -> f64 {
+    acts.each()
+        .map(|span| trapezium(t_s, span, rise, fall))
+        .sum()
 }
 
 /// Rises over a share of the span, stays at one, falls over another.

@@ -9,6 +9,6 @@ mod routine;
 
 pub use case::{Case, Kind, Order, conceal};
 pub use dialect::{Dialect, Form};
-pub use effect::{EFFECTS, FOREIGN, Hidden, Severity};
+pub use effect::{EFFECTS, FOREIGN, Hidden, PASSING, RECURRING, Severity};
 pub use files::{write_case, write_case_well_toml, write_truth};
 pub use rig::Level;

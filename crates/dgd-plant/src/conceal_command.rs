@@ -6,8 +6,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use dgd_plant::{
-    Case, EFFECTS, FOREIGN, Kind, Level, Order, Severity, conceal, record, write_case,
-    write_case_well_toml, write_truth,
+    Case, EFFECTS, FOREIGN, Kind, Level, Order, PASSING, RECURRING, Severity, conceal, record,
+    write_case, write_case_well_toml, write_truth,
 };
 use sha2::{Digest, Sha256};
 
@@ -62,13 +62,15 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
                     "single" => Kind::Single,
                     "pair" => Kind::Pair,
                     "several" => Kind::Several,
+                    "passing" => Kind::Passing,
+                    "recurring" => Kind::Recurring,
                     "clean" => Kind::Clean,
                     "foreign" => Kind::Foreign,
                     "beside" => Kind::Beside,
                     "mix" => Kind::Mix,
                     _ => {
                         return Err(format!(
-                            "`--kind` is `{text}`, expected single, pair, several, clean, foreign, beside or mix"
+                            "`--kind` is `{text}`, expected single, pair, several, passing, recurring, clean, foreign, beside or mix"
                         ));
                     }
                 };
@@ -99,6 +101,8 @@ pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Conceal, 
             Kind::Mix if foreign => order.kind = Kind::Foreign,
             Kind::Mix => order.kind = Kind::Single,
             Kind::Foreign if foreign => {}
+            Kind::Passing if PASSING.contains(&effect) => {}
+            Kind::Recurring if RECURRING.contains(&effect) => {}
             Kind::Single | Kind::Pair | Kind::Several | Kind::Beside if !foreign => {}
             _ => return Err(format!("`{effect}` does not go with that `--kind`")),
         }

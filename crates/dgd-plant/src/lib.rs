@@ -31,10 +31,10 @@ mod schedule;
 mod well;
 mod write;
 
-pub use cause::{Cause, Foreign};
+pub use cause::{Cause, Foreign, Spans};
 pub use conceal::{
-    Case, Dialect, EFFECTS, FOREIGN, Form, Hidden, Kind, Level, Order, Severity, conceal,
-    write_case, write_case_well_toml, write_truth,
+    Case, Dialect, EFFECTS, FOREIGN, Form, Hidden, Kind, Level, Order, PASSING, RECURRING,
+    Severity, conceal, write_case, write_case_well_toml, write_truth,
 };
 pub use config::{CHANNELS, Controller, Historian, Physics, Plan, UNITS};
 pub use instrument::{Fault, FaultKind, FaultRates, Transmitter};

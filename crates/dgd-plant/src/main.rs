@@ -16,7 +16,7 @@ Writes a simulated dual-gradient drilling recording.
 
 usage: dgd-plant <gom|short> --out DIR [--seed N] [--hours H]
        dgd-plant conceal --out DIR [--truth DIR] [--seed N] [--count N] [--level 1|2]
-                 [--kind single|pair|several|clean|foreign|beside|mix] [--severity S] [--effect ID] [--hours H] [--viscosity N] [--sealed]
+                 [--kind single|pair|several|passing|recurring|clean|foreign|beside|mix] [--severity S] [--effect ID] [--hours H] [--viscosity N] [--sealed]
        dgd-plant bench --out DIR ...      (two benches that are no rig: `dgd-plant bench --help`)
 
   gom          four series, 305,820 samples at 1 Hz: gom1.csv .. gom4.csv

@@ -144,7 +144,7 @@ pub(crate) fn repeat(settings: &Settings, row: &Row) -> String {
         settings.seed,
         row.level,
         settings.count,
-        settings.of_hours(),
+        settings.of_kind(),
         row.id
     )
 }

@@ -52,6 +52,8 @@ const SHORT: usize = 12;
 const SHORT_OF: usize = 32;
 /// Seed unless another is given; the short form's floors are those of its recordings.
 const SEED: u64 = 2015;
+/// What recordings conceal unless another kind is asked for.
+const MIX: &str = "mix";
 /// Folders of an earlier proof carry this file.
 const MARKER: &str = ".dgd-proof";
 
@@ -70,6 +72,10 @@ pub(crate) struct Settings {
     /// Seed of the recordings; 1 to 999 are for calibrating and refused
     #[arg(long, default_value_t = SEED)]
     seed: u64,
+    /// What each recording conceals, as `dgd-plant conceal` knows it
+    #[arg(long, conflicts_with_all = ["short", "benches", "real"], default_value = MIX,
+        value_parser = ["mix", "single", "pair", "several", "passing", "recurring", "clean", "foreign", "beside"])]
+    kind: String,
     /// How long each recording lasts, h; by default 4 to 8, as drawn
     #[arg(long, conflicts_with_all = ["short", "benches", "real"], value_parser = hours)]
     hours: Option<f64>,
@@ -153,10 +159,11 @@ impl Settings {
         &self.out
     }
 
-    /// The option for the length of the recordings, with a blank before it; nothing where it is as drawn.
-    fn of_hours(&self) -> String {
-        let told = self.hours.map(|h| format!(" --hours {h}"));
-        told.unwrap_or_default()
+    /// The options for the kind and the length of the recordings, each with a blank before it; nothing where they are as usual.
+    fn of_kind(&self) -> String {
+        let kind = (self.kind != MIX).then(|| format!(" --kind {}", self.kind));
+        let hours = self.hours.map(|h| format!(" --hours {h}"));
+        kind.into_iter().chain(hours).collect()
     }
 
     /// Whether the case with that number is diagnosed.
@@ -176,6 +183,7 @@ impl Settings {
             level: Levels::Both,
             count: SHORT_OF,
             seed: SEED,
+            kind: MIX.into(),
             hours: None,
             short: true,
             out,
@@ -289,7 +297,7 @@ pub(crate) fn run(mut settings: Settings) -> Result<()> {
             level: *level,
             seed: settings.seed,
             count: settings.count,
-            kind: "mix",
+            kind: &settings.kind,
             hours: settings.hours,
         };
         seal::conceal(&shelf.plant, &settings.out, &order)

@@ -341,7 +341,7 @@ fn method(html: &mut String, settings: &Settings, origin: &Origin) {
         true => write!(command, " --short"),
         false => write!(command, " --count {}", settings.count),
     };
-    command += &settings.of_hours();
+    command += &settings.of_kind();
     if !settings.only.is_empty() {
         let _ = write!(command, " --only {}", settings.only.join(","));
     }

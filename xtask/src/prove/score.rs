@@ -55,9 +55,9 @@ pub(crate) fn mark(truth: &Truth, answer: Option<&Answer>) -> Marks {
     let found: Vec<String> = answer.claimed().map(|f| f.effect.clone()).collect();
     let concealed = |effect: &str| truth.names().any(|t| t == effect);
     let extra: Vec<String> = found.iter().filter(|f| !concealed(f)).cloned().collect();
-    let hit: Vec<bool> = truth
-        .names()
-        .map(|t| found.iter().any(|f| f == t))
+    // What comes again is named as often.
+    let hit: Vec<bool> = (truth.effects.iter())
+        .map(|t| found.iter().filter(|f| **f == t.effect).count() >= t.times())
         .collect();
     let named = |f: &Finding, t: &str| f.effect == t;
     let stated = |f: &Finding, t: &str| f.alternatives.iter().any(|(a, p)| a == t && *p >= STATED);
@@ -84,9 +84,17 @@ pub(crate) fn mark(truth: &Truth, answer: Option<&Answer>) -> Marks {
         ..Marks::default()
     };
     for effect in &truth.effects {
-        let mut claimed = answer.claimed();
-        if let Some(finding) = claimed.find(|f| f.effect == effect.effect) {
-            details(effect, finding, truth.hours * 3600.0, &mut marks);
+        let claimed = answer.claimed().filter(|f| f.effect == effect.effect);
+        // Of what comes again each time is told by the finding that lies there.
+        let claimed: Vec<&Finding> = claimed.take(effect.times()).collect();
+        let Some(finding) = claimed.first() else {
+            continue;
+        };
+        details(effect, finding, &mut marks);
+        for when in effect.interval_s.into_iter().chain(effect.again_s) {
+            let overlaps =
+                (claimed.iter()).map(|f| overlap(when, &f.intervals_s, truth.hours * 3600.0));
+            marks.overlap.push(overlaps.fold(0.0, f64::max));
         }
     }
     marks
@@ -115,7 +123,7 @@ fn verdict_right(truth: &Truth, answer: &Answer, found: &[String]) -> bool {
         && !(foreign && answer.verdict == "explained" && !abstained)
 }
 
-fn details(effect: &Concealed, finding: &Finding, length_s: f64, marks: &mut Marks) {
+fn details(effect: &Concealed, finding: &Finding, marks: &mut Marks) {
     // What a transmitter does to a relation may be laid at the door of the transmitter.
     let of_instrument = ["outlet_", "return_flow", "inflow_gain"];
     let excused = finding.relation == "instrument"
@@ -123,11 +131,6 @@ fn details(effect: &Concealed, finding: &Finding, length_s: f64, marks: &mut Mar
     marks
         .relation
         .push(excused || effect.relations.contains(&finding.relation));
-    if let Some(interval) = effect.interval_s {
-        marks
-            .overlap
-            .push(overlap(interval, &finding.intervals_s, length_s));
-    }
     for (name, truth) in &effect.parameters {
         let estimate = finding.parameters.iter().find(|p| p.name == *name);
         if name == "sensor" {
@@ -327,6 +330,35 @@ mod tests {
         let marks = mark(&truth, Some(&answer("explained", vec![said])));
         assert_eq!(marks.sensor, Some(false));
         assert_eq!(marks.parameters.len(), 1);
+    }
+
+    #[test]
+    fn what_comes_twice_is_to_be_named_twice_each_time_where_it_is() {
+        let kick = Concealed {
+            interval_s: Some((1000.0, 2000.0)),
+            again_s: Some((5000.0, 6000.0)),
+            ..concealed("influx", "riser_mass_balance")
+        };
+        let truth = truth(vec![kick]);
+        let at = |from: f64| Finding {
+            intervals_s: vec![(from, from + 1000.0)],
+            ..finding("influx", 0.9)
+        };
+        let once = mark(&truth, Some(&answer("explained", vec![at(5000.0)])));
+        assert!(!once.exact && !once.hit[0] && once.extra.is_empty());
+        let twice = mark(
+            &truth,
+            Some(&answer("explained", vec![at(5000.0), at(1500.0)])),
+        );
+        assert!(twice.exact && twice.hit[0]);
+        let expected = [1.0 / 3.0, 1.0];
+        assert!(
+            twice
+                .overlap
+                .iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        );
     }
 
     #[test]

@@ -15,18 +15,18 @@ pub(crate) struct Sealed {
 }
 
 /// What the plant is to make.
-pub(crate) struct Order {
+pub(crate) struct Order<'a> {
     pub(crate) level: u8,
     pub(crate) seed: u64,
     pub(crate) count: usize,
     /// As `dgd-plant conceal --kind` knows them.
-    pub(crate) kind: &'static str,
+    pub(crate) kind: &'a str,
     /// How long each recording lasts, h; by default as the plant draws it.
     pub(crate) hours: Option<f64>,
 }
 
 /// Lets the plant make cases below `out`.
-pub(crate) fn conceal(plant: &Path, out: &Path, order: &Order) -> Result<Sealed> {
+pub(crate) fn conceal(plant: &Path, out: &Path, order: &Order<'_>) -> Result<Sealed> {
     let (level, count) = (order.level, order.count);
     let below = |folder: &str| out.join(folder).join(format!("level-{level}"));
     let (cases, truths) = (below("cases"), below("sealed"));

@@ -26,7 +26,16 @@ pub(crate) struct Concealed {
     /// More about it, not scored.
     pub(crate) extra: Vec<(String, f64)>,
     pub(crate) interval_s: Option<(f64, f64)>,
+    /// When it comes again.
+    pub(crate) again_s: Option<(f64, f64)>,
     pub(crate) relations: Vec<String>,
+}
+
+impl Concealed {
+    /// How many times it comes.
+    pub(crate) fn times(&self) -> usize {
+        1 + usize::from(self.again_s.is_some())
+    }
 }
 
 /// What sort of case it is.
@@ -81,14 +90,18 @@ fn concealed(value: &Value) -> Result<Concealed> {
             .collect()
     };
     let relations = value["relation"].as_array().into_iter().flatten();
-    let interval = value["interval"].as_array();
+    let interval = |key: &str| {
+        let ends = value[key].as_array()?;
+        Some((ends.first()?.as_f64()?, ends.get(1)?.as_f64()?))
+    };
     Ok(Concealed {
         effect: text("effect").context("an effect without a name")?,
         kind: text("kind"),
         severity: text("severity").context("an effect without a severity")?,
         parameters: numbers("params"),
         extra: numbers("extra"),
-        interval_s: interval.and_then(|i| Some((i.first()?.as_f64()?, i.get(1)?.as_f64()?))),
+        interval_s: interval("interval"),
+        again_s: interval("again"),
         relations: relations
             .filter_map(|r| r.as_str().map(str::to_owned))
             .collect(),
@@ -114,6 +127,18 @@ mod tests {
         assert_eq!(truth.effects[1].interval_s, Some((11004.0, 21600.0)));
         assert_eq!(truth.effects[0].parameters, [("rate_m_s".to_owned(), 0.1)]);
         assert_eq!(truth.effects[0].interval_s, None);
+        assert_eq!(truth.effects[1].again_s, None);
+    }
+
+    #[test]
+    fn what_comes_again_is_one_effect_at_two_times() {
+        let truth = Truth::read(
+            br#"{"hours":6,"effects":[{"effect":"influx","severity":"strong","interval":[100.0,200.0],"again":[400.0,500.0]}]}"#,
+        )
+        .unwrap();
+        assert_eq!(truth.sort(), Sort::Single);
+        assert_eq!(truth.effects[0].again_s, Some((400.0, 500.0)));
+        assert_eq!(truth.effects[0].times(), 2);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::hurdles::{FURTHER, NO_ODDS, timed};
 use super::{Bent, Round};
 use crate::ablation::Step;
 use crate::belief::is_strange;
-use crate::contest::{self, Contender, contest, material, solved};
+use crate::contest::{self, Contender, contest, ending, material, solved};
 use crate::empirical::{Correction, corrections, episode_may_be, hurdle, plausible};
 use crate::ends_early::ended;
 use crate::record::Record;
@@ -120,8 +120,13 @@ impl<'r, 'a> Beside<'r, 'a> {
             applied: solved(&c.best),
             evidence: c.evidence - further,
         };
-        let contenders = contest(record, &gate, self.state()).into_iter();
-        contenders.filter(stands).map(second).collect()
+        let mut contenders = contest(record, &gate, self.state());
+        // What ended may come again.
+        let again =
+            |about: &About| self.best.effect.lasting().is_some() && about.id == self.best.id();
+        contenders.extend(ending(record, &gate, self.state(), again));
+        contenders.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        contenders.into_iter().filter(stands).map(second).collect()
     }
 
     /// Logarithm of the odds that the effect only resembles the cause, by what corrections still tell where it acts; and the second effect

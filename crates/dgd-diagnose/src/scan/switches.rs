@@ -51,9 +51,15 @@ pub(crate) fn switches(
         };
         if duration.is_some() {
             let step = (n / 600).clamp(1, blocks(STEP_S));
+            // What otherwise stays may last for as long.
+            let longest = if effect.lasting().is_some() {
+                n
+            } else {
+                blocks(PASSES_S.end)
+            };
             for from in (edge..n - edge).step_by(step) {
                 let mut length = blocks(PASSES_S.start);
-                while length < blocks(PASSES_S.end) && from + length < n {
+                while length < longest && from + length < n {
                     let to = from + length;
                     let energy = energies.nearest(time(from), length as f64 * seconds);
                     offer(tail[from] - tail[to], energy, from, to);
@@ -75,6 +81,50 @@ pub(crate) fn switches(
         }
     }
     out
+}
+
+/// What passes as two that are over for a while in between, where that would explain more; each on its own. `None` if nowhere.
+pub(crate) fn gap(
+    record: &Record,
+    tangent: &Tangent,
+    state: &[Applied],
+    one: &Applied,
+) -> Option<[Applied; 2]> {
+    let about = one.effect.about();
+    let (onset, duration) = (about.onset()?, about.duration()?);
+    let seconds = record.block_s();
+    let (from, to) = about.interval_s(&one.parameters, record.setting.span_s);
+    let block = |time_s: f64| {
+        let after = (time_s - record.setting.span_s.0) / seconds;
+        whole(after.round()).min(tangent.layout.blocks)
+    };
+    let change = tangent.change(record, &joined(state, one));
+    let tail = running_score(tangent, &change, &tangent.pull(), 1.0);
+    let (first, last) = (block(from), block(to));
+    // At its best strength half of its score is its energy, which is taken to be spread evenly.
+    let cost = 0.5 * (tail[first] - tail[last]) / (last - first).max(1) as f64;
+    let least = whole(about.parameters[duration].low / seconds).max(1);
+    // The stretch without which most is explained, by Kadane's algorithm.
+    let (mut sum, mut begins) = (0.0, first + least);
+    let mut best = (0.0, 0, 0);
+    for b in first + least..last.saturating_sub(least) {
+        if sum <= 0.0 {
+            (sum, begins) = (0.0, b);
+        }
+        sum += cost - (tail[b] - tail[b + 1]);
+        if sum > best.0 {
+            best = (sum, begins, b + 1);
+        }
+    }
+    let (_, over, again) = best;
+    let time = |b: usize| record.setting.span_s.0 + b as f64 * seconds;
+    let part = |from: f64, to: f64| {
+        let mut part = one.clone();
+        part.parameters[onset] = from;
+        part.parameters[duration] = to - from;
+        part
+    };
+    (over < again).then(|| [part(from, time(over)), part(time(again), to)])
 }
 
 /// By how much the ends of two intervals differ at least, s, or they are the same end.

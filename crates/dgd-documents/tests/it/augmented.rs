@@ -86,6 +86,27 @@ fn an_effect_goes_by_the_names_of_its_parameters() {
 }
 
 #[test]
+fn an_effect_that_ends_is_told_by_its_duration() {
+    let leak = |parameters: &[f64]| AppliedEffect {
+        id: "line_leak".into(),
+        parameters: parameters.to_vec(),
+    };
+    let effects = vec![leak(&[0.002, 900.0]), leak(&[0.002, 900.0, 3600.0])];
+    let (model, _) = read_model(MODEL).unwrap();
+    let source = write_model_document(&ModelDocument {
+        base: Base::Identified(Box::new(model)),
+        augmented: Some(augmented(effects.clone())),
+    });
+    assert_eq!(source.matches("duration_s = 3600.0").count(), 1, "{source}");
+    let (document, warnings) = read_model_document(&source).unwrap();
+    assert!(warnings.is_empty());
+    assert_eq!(document.augmented.unwrap().effects, effects);
+    // What has no such form does not take one.
+    let other = source.replacen("id = \"line_leak\"", "id = \"inflow_gain\"", 2);
+    assert!(read_model_document(&other).is_err());
+}
+
+#[test]
 fn a_shape_that_an_earlier_model_does_not_tell_is_the_usual_one() {
     let kick = example();
     let (from, _) = kick.split_once("[[augmented.effects]]").unwrap();

@@ -1,5 +1,6 @@
 //! A return line that loses mud before its meter from some time on.
 
+use crate::passing::Passing;
 use crate::{
     About, Action, Belief, Component, Effect, Parameter, Relation, Role, STANDING_M3_S, Search,
     Setting,
@@ -8,6 +9,19 @@ use dgd_units::STANDARD_ATMOSPHERE_PA;
 
 /// See the module.
 pub(super) struct LineLeak;
+
+const PARAMETERS: [Parameter; 2] = [
+    Parameter {
+        name: "leak_m3_s",
+        meaning: "leak rate at 10 bar above atmospheric",
+        role: Role::Amplitude,
+        low: 0.0,
+        high: 0.05,
+        usual: 0.0015,
+        ..Parameter::BASE
+    },
+    Parameter::ONSET,
+];
 
 static ABOUT: About = About {
     id: "line_leak",
@@ -25,18 +39,7 @@ static ABOUT: About = About {
         ),
         ("return_flow_gain", "check the time before the onset"),
     ],
-    parameters: &[
-        Parameter {
-            name: "leak_m3_s",
-            meaning: "leak rate at 10 bar above atmospheric",
-            role: Role::Amplitude,
-            low: 0.0,
-            high: 0.05,
-            usual: 0.0015,
-            ..Parameter::BASE
-        },
-        Parameter::ONSET,
-    ],
+    parameters: &PARAMETERS,
     search: Search {
         // At 50 bar half a percent of 2,700 L/min, within which a meter may wander.
         least: Some(1e-4),
@@ -51,9 +54,22 @@ static ABOUT: About = About {
     },
 };
 
+static PASSING: Passing = Passing {
+    lasting: &LineLeak,
+    about: &About {
+        title: "the return line loses mud before its meter for a while",
+        parameters: &[PARAMETERS[0], PARAMETERS[1], Parameter::LASTS],
+        ..ABOUT
+    },
+};
+
 impl Effect for LineLeak {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn passing(&self) -> Option<&'static dyn Effect> {
+        Some(&PASSING)
     }
 
     fn begin(&self, p: &[f64], _: &Setting) -> Action {
@@ -67,7 +83,7 @@ impl Effect for LineLeak {
     }
 
     fn same_as(&self, _: &[f64], _: &Setting) -> Option<String> {
-        Some("a return flow meter that reads less from then on; compare it with what is pumped in while the level stands".to_owned())
+        Some("a return flow meter that reads less in that time; compare it with what is pumped in while the level stands".to_owned())
     }
 
     fn is_switch(&self) -> bool {

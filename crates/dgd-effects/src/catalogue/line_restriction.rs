@@ -1,9 +1,23 @@
 //! A restriction in the return line from some time on.
 
+use crate::passing::Passing;
 use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct LineRestriction;
+
+const PARAMETERS: [Parameter; 2] = [
+    Parameter {
+        name: "K",
+        meaning: "loss coefficient on the velocity head of the line",
+        role: Role::Amplitude,
+        low: 0.0,
+        high: 500.0,
+        usual: 10.0,
+        ..Parameter::BASE
+    },
+    Parameter::ONSET,
+];
 
 static ABOUT: About = About {
     id: "line_restriction",
@@ -24,18 +38,7 @@ static ABOUT: About = About {
             "low flow: a restriction falls with the square of flow, viscous friction more slowly",
         ),
     ],
-    parameters: &[
-        Parameter {
-            name: "K",
-            meaning: "loss coefficient on the velocity head of the line",
-            role: Role::Amplitude,
-            low: 0.0,
-            high: 500.0,
-            usual: 10.0,
-            ..Parameter::BASE
-        },
-        Parameter::ONSET,
-    ],
+    parameters: &PARAMETERS,
     search: Search {
         belief: Belief {
             hurdle: 9.0,
@@ -49,9 +52,22 @@ static ABOUT: About = About {
     },
 };
 
+static PASSING: Passing = Passing {
+    lasting: &LineRestriction,
+    about: &About {
+        title: "a restriction appears in the return line, and goes",
+        parameters: &[PARAMETERS[0], PARAMETERS[1], Parameter::LASTS],
+        ..ABOUT
+    },
+};
+
 impl Effect for LineRestriction {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn passing(&self) -> Option<&'static dyn Effect> {
+        Some(&PASSING)
     }
 
     fn begin(&self, p: &[f64], setting: &Setting) -> Action {

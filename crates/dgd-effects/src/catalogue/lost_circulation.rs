@@ -1,9 +1,32 @@
 //! Mud lost to the formation, driven by pressure, from some time on.
 
+use crate::passing::Passing;
 use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct LostCirculation;
+
+const PARAMETERS: [Parameter; 3] = [
+    Parameter {
+        name: "J_m3_s_pa",
+        meaning: "loss rate per unit of pressure above the fracture pressure",
+        role: Role::Amplitude,
+        low: 0.0,
+        high: 1e-5,
+        usual: 1.5e-8,
+        ..Parameter::BASE
+    },
+    Parameter::ONSET,
+    Parameter {
+        name: "fracture",
+        meaning: "fracture pressure: 0 the lowest, 1 the highest inlet pressure recorded",
+        role: Role::Shape(&[-1.0, -0.1, 0.3]),
+        low: -30.0,
+        high: 0.95,
+        usual: 0.0,
+        ..Parameter::BASE
+    },
+];
 
 static ABOUT: About = About {
     id: "lost_circulation",
@@ -28,27 +51,7 @@ static ABOUT: About = About {
             "stop all pumps and observe the level: a loss continues, a meter gain does not",
         ),
     ],
-    parameters: &[
-        Parameter {
-            name: "J_m3_s_pa",
-            meaning: "loss rate per unit of pressure above the fracture pressure",
-            role: Role::Amplitude,
-            low: 0.0,
-            high: 1e-5,
-            usual: 1.5e-8,
-            ..Parameter::BASE
-        },
-        Parameter::ONSET,
-        Parameter {
-            name: "fracture",
-            meaning: "fracture pressure: 0 the lowest, 1 the highest inlet pressure recorded",
-            role: Role::Shape(&[-1.0, -0.1, 0.3]),
-            low: -30.0,
-            high: 0.95,
-            usual: 0.0,
-            ..Parameter::BASE
-        },
-    ],
+    parameters: &PARAMETERS,
     search: Search {
         form_error: 0.15,
         size_error: 0.05,
@@ -60,9 +63,27 @@ static ABOUT: About = About {
     },
 };
 
+static PASSING: Passing = Passing {
+    lasting: &LostCirculation,
+    about: &About {
+        title: "mud is lost to the formation, driven by pressure, until the losses cease",
+        parameters: &[
+            PARAMETERS[0],
+            PARAMETERS[1],
+            PARAMETERS[2],
+            Parameter::LASTS,
+        ],
+        ..ABOUT
+    },
+};
+
 impl Effect for LostCirculation {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn passing(&self) -> Option<&'static dyn Effect> {
+        Some(&PASSING)
     }
 
     fn begin(&self, p: &[f64], setting: &Setting) -> Action {

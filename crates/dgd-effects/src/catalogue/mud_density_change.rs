@@ -1,12 +1,52 @@
 //! Mud of another weight, which fills riser and line from some time on.
 
 use crate::moment::{MIXING_LEAST, Stirred};
+use crate::passing::Passing;
 use crate::{
     About, Action, Belief, Component, Effect, End, Parameter, Relation, Role, Search, Setting,
 };
 
 /// See the module.
 pub(super) struct MudDensityChange;
+
+const PARAMETERS: [Parameter; 4] = [
+    Parameter {
+        name: "delta_rho_kg_m3",
+        meaning: "new minus old density",
+        role: Role::Amplitude,
+        low: -400.0,
+        high: 400.0,
+        usual: 25.0,
+        ..Parameter::BASE
+    },
+    Parameter {
+        // Until the line shows it, and how it mixes on the way.
+        time_error_s: 80.0,
+        ..Parameter::ONSET
+    },
+    Parameter {
+        name: "mixing",
+        meaning: "mixed volume / mud volume in the riser",
+        role: Role::Shape(&[0.25, 0.7]),
+        low: 0.01,
+        high: 2.0,
+        usual: 0.7,
+        // What is there at once has not been pumped through the riser, and what comes over hours has stirred more than that.
+        strange: Some(End::Either),
+        ..Parameter::BASE
+    },
+    Parameter {
+        name: "column_share",
+        meaning: "share of the mud above the pump inlet that changes density",
+        role: Role::Shape(&[0.3, 1.0]),
+        low: 0.05,
+        high: 1.5,
+        usual: 0.5,
+        // What fills the line has come through the riser.
+        strange: Some(End::Low),
+        ..Parameter::BASE
+    },
+];
 
 static ABOUT: About = About {
     id: "mud_density_change",
@@ -27,44 +67,7 @@ static ABOUT: About = About {
             "compare two outlet transmitters",
         ),
     ],
-    parameters: &[
-        Parameter {
-            name: "delta_rho_kg_m3",
-            meaning: "new minus old density",
-            role: Role::Amplitude,
-            low: -400.0,
-            high: 400.0,
-            usual: 25.0,
-            ..Parameter::BASE
-        },
-        Parameter {
-            // Until the line shows it, and how it mixes on the way.
-            time_error_s: 80.0,
-            ..Parameter::ONSET
-        },
-        Parameter {
-            name: "mixing",
-            meaning: "mixed volume / mud volume in the riser",
-            role: Role::Shape(&[0.25, 0.7]),
-            low: 0.01,
-            high: 2.0,
-            usual: 0.7,
-            // What is there at once has not been pumped through the riser, and what comes over hours has stirred more than that.
-            strange: Some(End::Either),
-            ..Parameter::BASE
-        },
-        Parameter {
-            name: "column_share",
-            meaning: "share of the mud above the pump inlet that changes density",
-            role: Role::Shape(&[0.3, 1.0]),
-            low: 0.05,
-            high: 1.5,
-            usual: 0.5,
-            // What fills the line has come through the riser.
-            strange: Some(End::Low),
-            ..Parameter::BASE
-        },
-    ],
+    parameters: &PARAMETERS,
     search: Search {
         belief: Belief {
             hurdle: 14.0,
@@ -77,9 +80,28 @@ static ABOUT: About = About {
     },
 };
 
+static PASSING: Passing = Passing {
+    lasting: &MudDensityChange,
+    about: &About {
+        title: "mud of a different density fills riser and line, until the former comes back",
+        parameters: &[
+            PARAMETERS[0],
+            PARAMETERS[1],
+            PARAMETERS[2],
+            PARAMETERS[3],
+            Parameter::LASTS,
+        ],
+        ..ABOUT
+    },
+};
+
 impl Effect for MudDensityChange {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn passing(&self) -> Option<&'static dyn Effect> {
+        Some(&PASSING)
     }
 
     fn begin(&self, p: &[f64], setting: &Setting) -> Action {

@@ -1,9 +1,32 @@
 //! One of the outlet transmitters shifts at some time and stays.
 
+use crate::passing::Passing;
 use crate::{About, Action, Belief, Component, Effect, Parameter, Relation, Role, Search, Setting};
 
 /// See the module.
 pub(super) struct OutletPressureBiasStep;
+
+const PARAMETERS: [Parameter; 3] = [
+    Parameter {
+        name: "bias_pa",
+        meaning: "reading minus true value",
+        role: Role::Amplitude,
+        low: -5e6,
+        high: 5e6,
+        usual: 4e4,
+        ..Parameter::BASE
+    },
+    Parameter::ONSET,
+    Parameter {
+        name: "sensor",
+        meaning: "transmitter number, from 1",
+        role: Role::Sensor(&[1.0, 2.0]),
+        low: 1.0,
+        high: 2.0,
+        usual: 1.0,
+        ..Parameter::BASE
+    },
+];
 
 static ABOUT: About = About {
     id: "outlet_pressure_bias_step",
@@ -24,27 +47,7 @@ static ABOUT: About = About {
             "stop the pump: a shift stays, a restriction vanishes",
         ),
     ],
-    parameters: &[
-        Parameter {
-            name: "bias_pa",
-            meaning: "reading minus true value",
-            role: Role::Amplitude,
-            low: -5e6,
-            high: 5e6,
-            usual: 4e4,
-            ..Parameter::BASE
-        },
-        Parameter::ONSET,
-        Parameter {
-            name: "sensor",
-            meaning: "transmitter number, from 1",
-            role: Role::Sensor(&[1.0, 2.0]),
-            low: 1.0,
-            high: 2.0,
-            usual: 1.0,
-            ..Parameter::BASE
-        },
-    ],
+    parameters: &PARAMETERS,
     search: Search {
         belief: Belief {
             hurdle: 9.0,
@@ -57,9 +60,28 @@ static ABOUT: About = About {
     },
 };
 
+static PASSING: Passing = Passing {
+    lasting: &OutletPressureBiasStep,
+    about: &About {
+        title: "one outlet transmitter shifts, and comes back",
+        equation: "p_meter,i = p_out + bias for onset ≤ t < onset + duration",
+        parameters: &[
+            PARAMETERS[0],
+            PARAMETERS[1],
+            PARAMETERS[2],
+            Parameter::LASTS,
+        ],
+        ..ABOUT
+    },
+};
+
 impl Effect for OutletPressureBiasStep {
     fn about(&self) -> &'static About {
         &ABOUT
+    }
+
+    fn passing(&self) -> Option<&'static dyn Effect> {
+        Some(&PASSING)
     }
 
     fn begin(&self, p: &[f64], _: &Setting) -> Action {

@@ -468,7 +468,7 @@ fn a_store_and_a_leak_before_the_meter_say_what_the_meter_alone_would_show() {
     let store = told("line_gas_storage", &[12.4, 0.0]).unwrap();
     assert!(store.contains("damps it by 12 s"), "{store}");
     let leak = told("line_leak", &[1e-3, 600.0]).unwrap();
-    assert!(leak.contains("reads less from then on"), "{leak}");
+    assert!(leak.contains("reads less in that time"), "{leak}");
 }
 
 #[test]

@@ -9,12 +9,13 @@ mod gaps;
 mod head;
 mod hostile;
 mod memory;
+mod passing;
 mod relations;
 mod setting;
 
 use dgd_effects::{
     About, AppliedEffect, AugmentedModel, Changes, Connection, Curves, FRICTION_TERMS, HEAD_TERMS,
-    Moment, Noise, Role, Scale, Setting, find,
+    Moment, Noise, Role, Scale, Setting, find_taking,
 };
 
 pub(crate) const G: f64 = 9.80665;
@@ -95,7 +96,8 @@ pub(crate) fn drive(
     setting: &Setting,
     moments: &[Moment],
 ) -> Vec<Changes> {
-    let mut action = find(id).unwrap().begin(parameters, setting);
+    let effect = find_taking(id, parameters.len()).unwrap();
+    let mut action = effect.begin(parameters, setting);
     moments
         .iter()
         .map(|moment| {

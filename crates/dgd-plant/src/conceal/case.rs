@@ -1,7 +1,7 @@
 //! Which cases are made: levels, kinds, effects and severities in turn.
 
 use crate::conceal::dialect::{Dialect, Form};
-use crate::conceal::effect::{self, EFFECTS, FOREIGN, Hidden, Severity};
+use crate::conceal::effect::{self, EFFECTS, FOREIGN, Hidden, PASSING, RECURRING, Severity};
 use crate::conceal::rig::{Level, Rig, pick};
 use crate::conceal::routine;
 use crate::config::Plan;
@@ -16,6 +16,10 @@ pub enum Kind {
     Pair,
     /// Three effects of the catalogue, or four.
     Several,
+    /// One of [`PASSING`], which ends.
+    Passing,
+    /// One of [`RECURRING`], which comes twice.
+    Recurring,
     /// Nothing.
     Clean,
     /// One effect that is in no catalogue.
@@ -152,6 +156,16 @@ fn hide(order: &Order, kind: Kind, turn: usize, rig: &Rig, noise: &mut Noise) ->
         Kind::Single => {
             let (id, severity) = in_turn(order, turn, &EFFECTS);
             hidden.extend(effect::draw(id, severity, rig, noise));
+        }
+        Kind::Passing => {
+            let (id, severity) = in_turn(order, turn, &PASSING);
+            let one = effect::draw(id, severity, rig, noise);
+            hidden.extend(one.map(|one| one.ending(rig.length_s, noise)));
+        }
+        Kind::Recurring => {
+            let (id, severity) = in_turn(order, turn, &RECURRING);
+            let one = effect::draw(id, severity, rig, noise);
+            hidden.extend(one.map(|one| one.recurring(rig.length_s, noise)));
         }
         Kind::Foreign => {
             let (kind, severity) = match order.severity {

@@ -1,6 +1,6 @@
 //! The catalogue's effects, their sizes, and the truth that is written about them.
 
-use crate::cause::{Cause, Foreign};
+use crate::cause::{Cause, Foreign, Spans};
 use crate::conceal::rig::{Level, Rig};
 use crate::noise::Noise;
 
@@ -121,6 +121,8 @@ pub struct Hidden {
     pub extra: Vec<(&'static str, f64)>,
     /// When, s from the start; `None` where it is always there.
     pub interval_s: Option<(f64, f64)>,
+    /// When it comes again, s from the start.
+    pub again_s: Option<(f64, f64)>,
     /// Relations of the model it shows in.
     pub relation: &'static [&'static str],
     /// What the plant simulates.
@@ -179,6 +181,7 @@ impl Lot {
             params: Vec::new(),
             extra: Vec::new(),
             interval_s: None,
+            again_s: None,
             relation,
             cause,
         }
@@ -187,6 +190,11 @@ impl Lot {
     /// Measured over true, of a meter.
     fn gain(&self) -> f64 {
         1.0 + self.sign * 0.04 * self.size
+    }
+
+    /// From the onset on.
+    fn stays(&self) -> Spans {
+        Spans::since(self.onset_s)
     }
 
     /// From the onset to the end.
@@ -214,6 +222,63 @@ impl Hidden {
 
     fn during(mut self, interval_s: (f64, f64)) -> Self {
         self.interval_s = Some(interval_s);
+        self
+    }
+}
+
+/// Effects that set in and may end again, in the order cases take their turns.
+pub const PASSING: [&str; 5] = [
+    "outlet_pressure_bias_step",
+    "mud_density_change",
+    "line_restriction",
+    "line_leak",
+    "lost_circulation",
+];
+
+/// Effects that may come again, in the order cases take their turns.
+pub const RECURRING: [&str; 7] = [
+    "outlet_pressure_bias_step",
+    "mud_density_change",
+    "line_restriction",
+    "line_leak",
+    "lost_circulation",
+    "influx",
+    "gas_in_pump",
+];
+
+impl Hidden {
+    /// The same, ended after a tenth to a third of the recording.
+    pub(crate) fn ending(self, length_s: f64, noise: &mut Noise) -> Self {
+        let lasts_s = (length_s * noise.between(0.1, 0.3)).round();
+        let onset_s = self.interval_s.map_or(0.0, |(from, _)| from);
+        self.acting(Spans::once((onset_s, onset_s + lasts_s)))
+    }
+
+    /// The same, early in the recording and as long once more.
+    pub(crate) fn recurring(self, length_s: f64, noise: &mut Noise) -> Self {
+        let [onset_s, lasts_s, apart_s] = [(0.12, 0.25), (0.1, 0.2), (0.1, 0.25)]
+            .map(|(least, most)| (length_s * noise.between(least, most)).round());
+        let end_s = onset_s + lasts_s;
+        let again_s = end_s + apart_s;
+        self.acting(Spans {
+            first_s: (onset_s, end_s),
+            again_s: Some((again_s, again_s + lasts_s)),
+        })
+    }
+
+    fn acting(mut self, when: Spans) -> Self {
+        if let Cause::OutletPressureBiasStep { acts, .. }
+        | Cause::MudDensityChange { acts, .. }
+        | Cause::GasInPump { acts, .. }
+        | Cause::Influx { acts, .. }
+        | Cause::LostCirculation { acts, .. }
+        | Cause::LineRestriction { acts, .. }
+        | Cause::LineLeak { acts, .. } = &mut self.cause
+        {
+            *acts = when;
+        }
+        self.interval_s = Some(when.first_s);
+        self.again_s = when.again_s;
         self
     }
 }
@@ -260,7 +325,7 @@ fn of_instrument(lot: &Lot, rig: &Rig) -> Option<Hidden> {
             let cause = Cause::OutletPressureBiasStep {
                 bias_pa,
                 sensor,
-                onset_s: lot.onset_s,
+                acts: lot.stays(),
             };
             lot.hides(cause, FRICTION)
                 .during(lot.since())
@@ -273,14 +338,14 @@ fn of_instrument(lot: &Lot, rig: &Rig) -> Option<Hidden> {
 
 /// What is in the return line, and the mud that it carries.
 fn of_line(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
-    let Lot { size, onset_s, .. } = *lot;
+    let size = lot.size;
     let well = &rig.well;
     Some(match lot.effect {
         "mud_density_change" => {
             let delta_rho_kg_m3 = lot.sign * 40.0 * size;
             let cause = Cause::MudDensityChange {
                 delta_rho_kg_m3,
-                onset_s,
+                acts: lot.stays(),
             };
             lot.hides(cause, FRICTION)
                 .during(lot.since())
@@ -327,15 +392,27 @@ fn of_line(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
         }
         "line_restriction" => {
             let k = 14.0 * size;
-            lot.hides(Cause::LineRestriction { k, onset_s }, FRICTION)
-                .during(lot.since())
-                .scored("K", k)
+            lot.hides(
+                Cause::LineRestriction {
+                    k,
+                    acts: lot.stays(),
+                },
+                FRICTION,
+            )
+            .during(lot.since())
+            .scored("K", k)
         }
         "line_leak" => {
             let c = 1.96e-6 * size;
-            lot.hides(Cause::LineLeak { c, onset_s }, BALANCE)
-                .during(lot.since())
-                .also("C", c)
+            lot.hides(
+                Cause::LineLeak {
+                    c,
+                    acts: lot.stays(),
+                },
+                BALANCE,
+            )
+            .during(lot.since())
+            .also("C", c)
         }
         "line_gas_storage" => {
             let tau_s = 18.0 * size;
@@ -366,7 +443,7 @@ fn of_pump(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
             let span_s = lot.span_s(noise.between(1800.0, 3600.0));
             let cause = Cause::GasInPump {
                 head_loss_fraction,
-                span_s,
+                acts: Spans::once(span_s),
             };
             lot.hides(cause, HEAD)
                 .during(span_s)
@@ -388,7 +465,8 @@ fn of_inflow(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
         "influx" => {
             let rate_m3_s = 0.0022 * size;
             let span_s = lot.span_s(lot.lasts_s);
-            lot.hides(Cause::Influx { rate_m3_s, span_s }, BALANCE)
+            let acts = Spans::once(span_s);
+            lot.hides(Cause::Influx { rate_m3_s, acts }, BALANCE)
                 .during(span_s)
                 .scored("rate_m3_s", rate_m3_s)
         }
@@ -398,7 +476,7 @@ fn of_inflow(lot: &Lot, rig: &Rig, noise: &mut Noise) -> Option<Hidden> {
             let cause = Cause::LostCirculation {
                 j_m3_s_pa,
                 fracture_pa,
-                onset_s: lot.onset_s,
+                acts: lot.stays(),
             };
             lot.hides(cause, BALANCE)
                 .during(lot.since())
@@ -516,6 +594,7 @@ pub(crate) fn draw_foreign(
         params: Vec::new(),
         extra: Vec::new(),
         interval_s: None,
+        again_s: None,
         relation,
         cause: Cause::Foreign(foreign),
     })

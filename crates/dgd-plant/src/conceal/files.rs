@@ -233,6 +233,9 @@ pub fn write_truth(case: &Case, recording: &Recording, out: &mut impl Write) -> 
                 |(from, to)| format!("\"interval\": [{from:?}, {to:?}]"),
             ),
         ];
+        if let Some((from, to)) = h.again_s {
+            members.push(format!("\"again\": [{from:?}, {to:?}]"));
+        }
         if let Some(kind) = h.kind {
             members.push(format!("\"kind\": \"{kind}\""));
         }

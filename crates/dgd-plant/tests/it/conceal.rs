@@ -1,8 +1,8 @@
 //! What a concealed effect does to the plant, and that the truth says so.
 
 use dgd_plant::{
-    Case, Cause, EFFECTS, FOREIGN, Foreign, Kind, Level, Order, Plan, Recording, Severity, conceal,
-    record,
+    Case, Cause, EFFECTS, FOREIGN, Foreign, Kind, Level, Order, Plan, Recording, Severity, Spans,
+    conceal, record,
 };
 
 const G: f64 = 9.80665;
@@ -108,11 +108,11 @@ fn effects_of_no_size_leave_the_same_bytes() {
         Cause::OutletPressureBiasStep {
             bias_pa: 0.0,
             sensor: 1,
-            onset_s: 100.0,
+            acts: Spans::since(100.0),
         },
         Cause::MudDensityChange {
             delta_rho_kg_m3: 0.0,
-            onset_s: 100.0,
+            acts: Spans::since(100.0),
         },
         Cause::CuttingsLoading {
             delta_rho_kg_m3: 0.0,
@@ -132,17 +132,17 @@ fn effects_of_no_size_leave_the_same_bytes() {
         },
         Cause::GasInPump {
             head_loss_fraction: 0.0,
-            span_s: (100.0, 5000.0),
+            acts: Spans::once((100.0, 5000.0)),
         },
         Cause::PumpSpeedLag { tau_s: 0.0 },
         Cause::Influx {
             rate_m3_s: 0.0,
-            span_s: (100.0, 5000.0),
+            acts: Spans::once((100.0, 5000.0)),
         },
         Cause::LostCirculation {
             j_m3_s_pa: 0.0,
             fracture_pa: 0.0,
-            onset_s: 0.0,
+            acts: Spans::since(0.0),
         },
         Cause::UTube {
             tau_s: p.string_lag_s,
@@ -168,11 +168,11 @@ fn effects_of_no_size_leave_the_same_bytes() {
         },
         Cause::LineRestriction {
             k: 0.0,
-            onset_s: 0.0,
+            acts: Spans::since(0.0),
         },
         Cause::LineLeak {
             c: 0.0,
-            onset_s: 0.0,
+            acts: Spans::since(0.0),
         },
         Cause::LineGasStorage {
             cushions_s: [0.0; 2],

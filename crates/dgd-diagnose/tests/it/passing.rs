@@ -1,0 +1,77 @@
+//! What ends before the recording does, and what comes again.
+
+use crate::rig::answer;
+use dgd_diagnose::{Diagnosis, Verdict};
+use dgd_plant::{Case, Kind, Level, Order, Severity, conceal};
+
+/// A moderate case of level one.
+fn case(seed: u64, kind: Kind, effect: &'static str) -> Case {
+    let order = Order {
+        seed,
+        level: Level::One,
+        kind,
+        severity: Some(Severity::Moderate),
+        effect: Some(effect),
+        hours: Some(5.0),
+        viscosity: 1.0,
+    };
+    conceal(&order, 0)
+}
+
+/// When the findings, all of which must be of one effect, are said to act, s, the earliest first.
+#[track_caller]
+fn times_of(found: &Diagnosis, effect: &str) -> Vec<(f64, f64)> {
+    let named: Vec<&str> = found.findings.iter().map(|f| f.effect.as_str()).collect();
+    assert!(named.iter().all(|name| *name == effect), "{named:?}");
+    assert_eq!(found.verdict, Verdict::Explained);
+    let mut times: Vec<(f64, f64)> = (found.findings.iter())
+        .flat_map(|f| f.intervals_s.clone())
+        .collect();
+    times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    times
+}
+
+#[track_caller]
+fn near((from, to): (f64, f64), expected: (f64, f64), within_s: f64) {
+    let apart = (from - expected.0).abs().max((to - expected.1).abs());
+    assert!(apart < within_s, "{from} to {to}, not {expected:?}");
+}
+
+#[test]
+fn what_ends_is_named_with_its_end_and_its_size() {
+    for (effect, seed, within_s) in [
+        ("line_leak", 305, 60.0),
+        ("line_restriction", 306, 60.0),
+        ("outlet_pressure_bias_step", 307, 60.0),
+        // It mixes in and out over minutes.
+        ("mud_density_change", 308, 400.0),
+    ] {
+        let case = case(seed, Kind::Passing, effect);
+        let found = answer(&case);
+        let times = times_of(&found, effect);
+        assert_eq!(times.len(), 1, "{effect}");
+        near(times[0], case.hidden[0].interval_s.unwrap(), within_s);
+        let told = &found.findings[0].parameters;
+        assert!(told.iter().any(|p| p.name == "duration_s"), "{effect}");
+        for (name, size) in &case.hidden[0].params {
+            let told = told.iter().find(|p| p.name == *name).unwrap();
+            assert!((told.estimate - size).abs() < 0.1 * size.abs(), "{effect}");
+        }
+    }
+}
+
+#[test]
+fn what_comes_again_is_named_at_each_of_its_times() {
+    for (effect, seed) in [("line_leak", 309), ("influx", 310)] {
+        let case = case(seed, Kind::Recurring, effect);
+        let found = answer(&case);
+        let times = times_of(&found, effect);
+        let [first, again] = times[..] else {
+            panic!("{times:?}");
+        };
+        // A kick dies away over a third of its time.
+        let within_s = if effect == "influx" { 400.0 } else { 60.0 };
+        near(first, case.hidden[0].interval_s.unwrap(), within_s);
+        near(again, case.hidden[0].again_s.unwrap(), within_s);
+    }
+}
