@@ -17,11 +17,17 @@ const ENDS_SHARE: f64 = 0.1;
 /// Share of what the best effect claims from which an effect stands out. Set by hand.
 const OF_LEADER: f64 = 0.3;
 
+/// Share of what the best effect tells from which one is asked whether it comes again. Set by hand.
+const OF_BEST: f64 = 0.7;
+
+/// What is over for less than this, s, is not over. Set by hand.
+const OVER_S: f64 = 1200.0;
+
 /// What effects are weighed on.
 type Weighing<'a> = (&'a Record, &'a Tangent, &'a [Applied]);
 
-/// Weighs what sets in as what ends as well: effects that stand out, and those of relations of which corrections tell more than any effect does;
-/// and what passes as what comes again. What tells more so takes the place of what it was.
+/// Weighs what sets in as what ends as well: effects that stand out, those that have ended once, and those of relations of which corrections tell more
+/// than any effect does; and what passes as what comes again. What tells more so takes the place of what it was.
 pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, rivals: &[Correction]) {
     let (record, gate, state) = on;
     if !record.takes(Step::Ends) {
@@ -31,7 +37,9 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
     let untold = rivals.iter().filter(|r| r.borne > hurdle(r).max(most));
     let asked = |about: &About| {
         let least = about.search.belief.hurdle.max(OF_LEADER * most);
-        (contenders.iter()).any(|c| c.id() == about.id && c.evidence > least)
+        let ended = |held: &Applied| held.id() == about.id && held.effect.lasting().is_some();
+        state.iter().any(ended)
+            || (contenders.iter()).any(|c| c.id() == about.id && c.evidence > least)
             || (untold.clone()).any(|r| r.curve.place.shows_in().contains(&about.relation))
     };
     let forms = ending(record, gate, state, asked);
@@ -46,7 +54,7 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
         if form && !has_both_ends(on, &one.best) {
             continue;
         }
-        let told = one.evidence > about.search.belief.hurdle.max(OF_LEADER * most);
+        let told = one.evidence > about.search.belief.hurdle.max(OF_BEST * most);
         let left = |r: &Correction| {
             r.borne > hurdle(r).max(ENDS_SHARE * one.evidence)
                 && r.curve.place.shows_in().contains(&about.relation)
@@ -117,7 +125,7 @@ fn twice(on: Weighing<'_>, c: &Contender) -> Option<Contender> {
 
 /// What seems to last long as what is over for a while in between: the longer part, and what comes again beside it.
 fn apart((record, gate, state): Weighing<'_>, c: &Contender) -> Option<Contender> {
-    let parts = gap(record, gate, state, &solved(&c.best))?;
+    let parts = gap(record, gate, state, &solved(&c.best), OVER_S)?;
     let first = (parts.into_iter())
         .map(|part| sharpen(record, gate, state, weigh(record, gate, state, part)))
         .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
@@ -130,8 +138,6 @@ fn with_another(
     c: &Contender,
     first: Candidate,
 ) -> Option<Contender> {
-    /// What is over for less than this, s, is not over. Set by hand.
-    const OVER_S: f64 = 1200.0;
     /// E-folds that one of some three thousand places pays for the others.
     const PLACES: f64 = 8.0;
     let about = c.effect.about();

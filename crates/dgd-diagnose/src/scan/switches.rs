@@ -83,12 +83,13 @@ pub(crate) fn switches(
     out
 }
 
-/// What passes as two that are over for a while in between, where that would explain more; each on its own. `None` if nowhere.
+/// What passes as two that are over for `over_s` and more in between, where that would explain more; each on its own. `None` if nowhere.
 pub(crate) fn gap(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
     one: &Applied,
+    over_s: f64,
 ) -> Option<[Applied; 2]> {
     let about = one.effect.about();
     let (onset, duration) = (about.onset()?, about.duration()?);
@@ -124,7 +125,7 @@ pub(crate) fn gap(
         part.parameters[duration] = to - from;
         part
     };
-    (over < again).then(|| [part(from, time(over)), part(time(again), to)])
+    (time(again) - time(over) >= over_s).then(|| [part(from, time(over)), part(time(again), to)])
 }
 
 /// By how much the ends of two intervals differ at least, s, or they are the same end.
