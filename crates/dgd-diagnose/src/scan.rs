@@ -173,16 +173,17 @@ pub(crate) fn searched(
         if !is_switched(*effect) && !is_coarse(*effect, record) {
             return Vec::new();
         }
-        // What otherwise stays is sought from the best of its grid as well.
-        let best = (coarse.iter())
-            .filter(|c| effect.lasting().is_some() && c.evidence.is_finite())
+        let proposed = (switches(record, tangent, &pull, state, *effect, coarse).into_iter())
+            .map(|parameters| Applied::new(*effect, parameters));
+        if effect.lasting().is_none() {
+            return proposed.collect();
+        }
+        // What otherwise stays has several in each of its shapes, and is sought from the best of its grid as well.
+        let best = (coarse.iter().filter(|c| c.evidence.is_finite()))
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-        (switches(record, tangent, &pull, state, *effect, coarse).into_iter())
-            .chain(best.map(|c| c.applied.parameters.clone()))
-            .map(|parameters| Applied::new(*effect, parameters))
-            .collect()
+        let proposed = proposed.chain(best.map(|c| c.applied.clone()));
+        most_likely(record, tangent, state, proposed)
     });
-    let places = most_likely(record, tangent, state, places);
     let more = of_each(places, |one| sharpened(record, tangent, state, one));
     for (found, more) in found.iter_mut().zip(more) {
         found.extend(more);
@@ -190,37 +191,21 @@ pub(crate) fn searched(
     found
 }
 
-/// Of what otherwise stays the likeliest places, as each of its shapes has several and few are worth sharpening; of other effects all.
+/// The likeliest of some places: few are worth sharpening.
 fn most_likely(
     record: &Record,
     tangent: &Tangent,
     state: &[Applied],
-    places: Vec<Vec<Applied>>,
-) -> Vec<Vec<Applied>> {
+    places: impl Iterator<Item = Applied>,
+) -> Vec<Applied> {
     /// Places that are sharpened. Set by hand.
     const MOST: usize = 3;
-    let many = |group: &Vec<Applied>| {
-        group.len() > MOST && group.iter().all(|one| one.effect.lasting().is_some())
-    };
-    let (asked, kept): (Vec<_>, Vec<_>) = (places.into_iter())
-        .map(|group| {
-            if many(&group) {
-                (group, Vec::new())
-            } else {
-                (Vec::new(), group)
-            }
-        })
-        .unzip();
-    let weighed = of_each(asked, |one| {
-        vec![weighed(record, tangent, state, one).bare()]
-    });
-    let likeliest = weighed.into_iter().map(|mut group| {
-        group.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        (group.into_iter().take(MOST)).map(|c| c.applied)
-    });
-    (kept.into_iter().zip(likeliest))
-        .map(|(kept, likeliest)| kept.into_iter().chain(likeliest).collect())
-        .collect()
+    let mut weighed: Vec<Candidate> = places
+        .map(|one| weighed(record, tangent, state, one).bare())
+        .collect();
+    weighed.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    weighed.truncate(MOST);
+    weighed.into_iter().map(|c| c.applied).collect()
 }
 
 /// Where the best strength of a grid is its last, further ones, as far as they explain more: what is late by minutes is too rare for these to be weighed

@@ -51,11 +51,11 @@ pub(crate) fn switches(
         };
         if duration.is_some() {
             let step = (n / 600).clamp(1, blocks(STEP_S));
-            // What otherwise stays may last for as long.
-            let longest = if effect.lasting().is_some() {
-                n
+            // What otherwise stays may last for as long; the longer, the coarser, so that the tries do not grow with the square of the recording.
+            let (longest, coarser) = if effect.lasting().is_some() {
+                (n, COARSER)
             } else {
-                blocks(PASSES_S.end)
+                (blocks(PASSES_S.end), 0.0)
             };
             for from in (edge..n - edge).step_by(step) {
                 let mut length = blocks(PASSES_S.start);
@@ -63,7 +63,7 @@ pub(crate) fn switches(
                     let to = from + length;
                     let energy = energies.nearest(time(from), length as f64 * seconds);
                     offer(tail[from] - tail[to], energy, from, to);
-                    length += 2 * step;
+                    length += (2 * step).max(whole(coarser * length as f64));
                 }
             }
         } else {
@@ -136,6 +136,9 @@ const EDGE_S: f64 = 600.0;
 
 /// How long what passes may last, s, where it is proposed.
 const PASSES_S: std::ops::Range<f64> = 1200.0..6000.0;
+
+/// Share of its length by which what otherwise stays is tried longer.
+const COARSER: f64 = 0.1;
 
 /// How far apart beginnings of what passes are tried at the most, s: half of it can still be made up by sharpening.
 const STEP_S: f64 = 240.0;
