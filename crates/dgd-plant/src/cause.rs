@@ -412,3 +412,37 @@ fn trapezium(t_s: f64, (from, to): (f64, f64), rise: f64, fall: f64) -> f64 {
     let x = (t_s - from) / (to - from);
     (x / rise).min((1.0 - x) / fall).clamp(0.0, 1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Active, Cause, Spans};
+
+    #[test]
+    fn a_cause_acts_within_its_spans_alone() {
+        let once = Spans::once((1000.0, 2000.0));
+        let twice = Spans {
+            again_s: Some((3000.0, 4000.0)),
+            ..once
+        };
+        for (t_s, expected) in [
+            (999.0, [0.0, 0.0, 0.0]),
+            (1000.0, [1.0, 1.0, 1.0]),
+            (2000.0, [1.0, 0.0, 0.0]),
+            (3500.0, [1.0, 0.0, 1.0]),
+            (4000.0, [1.0, 0.0, 0.0]),
+        ] {
+            let acts = [Spans::since(1000.0), once, twice].map(|spans| spans.acts(t_s));
+            assert_eq!(acts, expected, "{t_s}");
+        }
+        // A kick rises and falls each time.
+        let kicks = Active::new(&[Cause::Influx {
+            rate_m3_s: 2.0,
+            acts: twice,
+        }]);
+        for t_s in [1500.0, 3500.0] {
+            assert_eq!(kicks.influx_m3_s(t_s), 2.0);
+            assert_eq!(kicks.influx_m3_s(t_s - 400.0), 1.0);
+        }
+        assert_eq!(kicks.influx_m3_s(2500.0), 0.0);
+    }
+}

@@ -1,8 +1,8 @@
 //! Which cases an order makes, and how they are filed.
 
 use dgd_plant::{
-    Case, EFFECTS, Kind, Level, Order, Severity, conceal, record, write_case, write_case_well_toml,
-    write_truth,
+    Case, EFFECTS, Kind, Level, Order, PASSING, RECURRING, Severity, conceal, record, write_case,
+    write_case_well_toml, write_truth,
 };
 
 use crate::conceal::{close, order, param};
@@ -94,6 +94,38 @@ fn several_are_three_or_four_and_each_another() {
         names.dedup();
         assert_eq!(names.len(), case.hidden.len());
         assert_eq!(case.plan.causes.len(), case.hidden.len());
+    }
+}
+
+#[test]
+fn what_passes_ends_within_the_recording_and_what_recurs_comes_twice() {
+    for (kind, ids) in [
+        (Kind::Passing, &PASSING[..]),
+        (Kind::Recurring, &RECURRING[..]),
+    ] {
+        for (index, id) in ids.iter().cycle().take(4 * ids.len()).enumerate() {
+            let case = conceal(&order(kind, None), index);
+            let [hidden] = &case.hidden[..] else {
+                panic!("{:?}", case.hidden);
+            };
+            assert_eq!(hidden.effect, *id);
+            let end_s = case.plan.samples() as f64;
+            let (from, to) = hidden.interval_s.unwrap();
+            assert!(from > 0.1 * end_s && to - from > 0.09 * end_s);
+            let last = match hidden.again_s {
+                Some((begins, ends)) => {
+                    assert_eq!(kind, Kind::Recurring);
+                    assert_eq!(ends - begins, to - from);
+                    assert!(begins - to > 0.09 * end_s);
+                    ends
+                }
+                None => {
+                    assert_eq!(kind, Kind::Passing);
+                    to
+                }
+            };
+            assert!(last < 0.91 * end_s, "{last} of {end_s}");
+        }
     }
 }
 
