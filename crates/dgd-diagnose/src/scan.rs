@@ -199,7 +199,7 @@ fn most_likely(
     places: impl Iterator<Item = Applied>,
 ) -> Vec<Applied> {
     /// Places that are sharpened. Set by hand.
-    const MOST: usize = 3;
+    const MOST: usize = 5;
     let mut weighed: Vec<Candidate> = places
         .map(|one| weighed(record, tangent, state, one).bare())
         .collect();

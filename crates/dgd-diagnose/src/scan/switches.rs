@@ -138,7 +138,7 @@ const EDGE_S: f64 = 600.0;
 const PASSES_S: std::ops::Range<f64> = 1200.0..6000.0;
 
 /// Share of its length by which what otherwise stays is tried longer.
-const COARSER: f64 = 0.1;
+const COARSER: f64 = 0.05;
 
 /// How far apart beginnings of what passes are tried at the most, s: half of it can still be made up by sharpening.
 const STEP_S: f64 = 240.0;
