@@ -288,7 +288,10 @@ fn a_loss_of_twenty_five_minutes_is_one_finding_with_its_times() {
     assert_eq!(finding.effect, "lost_circulation");
     assert!(finding.probability > 0.9, "{}", finding.probability);
     let (from_s, to_s) = finding.intervals_s[0];
-    assert!((from_s - lost_s.0).abs() < 120.0 && (to_s - lost_s.1).abs() < 120.0, "{from_s} to {to_s}");
+    assert!(
+        (from_s - lost_s.0).abs() < 120.0 && (to_s - lost_s.1).abs() < 120.0,
+        "{from_s} to {to_s}"
+    );
 }
 
 #[test]
