@@ -62,18 +62,20 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
         if told && rivals.iter().any(left) {
             let again = [twice(on, &one), apart(on, &one)];
             for again in again.into_iter().flatten() {
-                offer(on, contenders, again);
+                if !form || has_both_ends(on, &again.best) {
+                    offer(contenders, again);
+                }
             }
         }
         if form {
-            offer(on, contenders, one);
+            offer(contenders, one);
         }
     }
     contenders.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }
 
-/// Puts a contender in the place of one of the same effect, if it tells so much more that it is to be believed, and has both ends where it needs them.
-fn offer(on: Weighing<'_>, contenders: &mut Vec<Contender>, mut other: Contender) {
+/// Puts a contender in the place of one of the same effect, if it tells so much more that it is to be believed.
+fn offer(contenders: &mut Vec<Contender>, mut other: Contender) {
     debug!(
         "{} that ends or recurs: {:.1}, {:?}",
         other.id(),
@@ -82,13 +84,9 @@ fn offer(on: Weighing<'_>, contenders: &mut Vec<Contender>, mut other: Contender
     );
     other.evidence -= ENDS;
     other.formed -= ENDS;
-    let held = contenders.iter_mut().find(|c| c.id() == other.id());
-    let more = (held.as_ref()).is_none_or(|c| other.evidence > (1.0 + ENDS_SHARE) * c.evidence);
-    if !more || other.effect.lasting().is_some() && !has_both_ends(on, &other.best) {
-        return;
-    }
-    match held {
-        Some(held) => *held = other,
+    match contenders.iter_mut().find(|c| c.id() == other.id()) {
+        Some(held) if other.evidence > (1.0 + ENDS_SHARE) * held.evidence => *held = other,
+        Some(_) => {}
         None => contenders.push(other),
     }
 }
@@ -138,7 +136,7 @@ fn with_another(
     c: &Contender,
     first: Candidate,
 ) -> Option<Contender> {
-    /// E-folds that one of some three thousand places pays for the others.
+    /// E-folds that one of some three thousand places pays for the others. Set by hand.
     const PLACES: f64 = 8.0;
     let about = c.effect.about();
     let (onset, duration) = (about.onset()?, about.duration()?);

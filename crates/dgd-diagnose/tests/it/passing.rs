@@ -62,7 +62,6 @@ fn what_ends_is_named_with_its_end_and_its_size() {
 
 #[test]
 fn what_comes_again_is_named_at_each_of_its_times() {
-    // In 309 the meter freezes where the leak begins, which its interval tells.
     for (effect, seed) in [("line_leak", 312), ("influx", 310)] {
         let case = case(seed, Kind::Recurring, effect);
         let found = answer(&case);
@@ -74,5 +73,24 @@ fn what_comes_again_is_named_at_each_of_its_times() {
         let within_s = if effect == "influx" { 400.0 } else { 60.0 };
         near(first, case.hidden[0].interval_s.unwrap(), within_s);
         near(again, case.hidden[0].again_s.unwrap(), within_s);
+    }
+}
+
+/// The meter of this recording freezes where the leak begins.
+#[test]
+fn where_nothing_tells_when_it_begins_the_interval_of_its_onset_does() {
+    let case = case(309, Kind::Recurring, "line_leak");
+    let found = answer(&case);
+    assert_eq!(times_of(&found, "line_leak").len(), 2);
+    for (begins, _) in [case.hidden[0].interval_s, case.hidden[0].again_s]
+        .into_iter()
+        .flatten()
+    {
+        let onsets = found.findings.iter().flat_map(|f| &f.parameters);
+        let mut onsets = onsets.filter(|p| p.name == "onset_s");
+        assert!(
+            onsets.any(|p| p.ci95.0 <= begins && begins <= p.ci95.1),
+            "{begins}"
+        );
     }
 }

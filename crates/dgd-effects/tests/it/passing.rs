@@ -78,15 +78,13 @@ fn until_its_end_it_does_what_the_effect_that_stays_does() {
 #[test]
 fn mud_of_another_weight_mixes_out_as_it_has_mixed_in() {
     let (setting, moments) = (setting(), moments());
-    // Of usual parameters, but for the time: 0.0425 m³/s turn 140 m³ over.
     let mut p = usual(ending("mud_density_change").about());
     let (onset, lasts) = (500.0, 3000.0);
     (p[1], p[4]) = (onset, lasts);
     let whole = drive("mud_density_change", &p, &setting, &moments);
-    // The same moments before and after the end: what has come out by then is what had come in, less what went.
     let at = |t: f64| whole[moments.partition_point(|m| m.t_s < t)].riser_kg_m3;
-    let full = p[0];
-    assert!(at(onset + lasts) > 0.4 * full && at(6000.0) < at(onset + lasts));
+    assert!(at(onset + lasts) > 0.4 * p[0] && at(6000.0) < at(onset + lasts));
+    // What had come in by then, less what has come in since.
     let alone = drive("mud_density_change", &p[..4], &setting, &moments);
     let later = {
         let mut late = p[..4].to_vec();
