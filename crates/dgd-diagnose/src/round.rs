@@ -92,7 +92,9 @@ impl<'a> Round<'a> {
             || contest(record, &gate, &state),
             || rivals_beside(record, &gate, &state, &unnamed),
         );
-        weigh_ends((record, &gate, &state), &mut contenders, &rivals);
+        if !selection.stays {
+            weigh_ends((record, &gate, &state), &mut contenders, &rivals);
+        }
         let known = known(record, &state, selection)?;
         let footprints = if record.takes(Step::Footprints) {
             Footprint::all(record, &gate, &state, &known)

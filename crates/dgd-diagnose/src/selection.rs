@@ -79,6 +79,8 @@ pub(crate) struct Selection {
     pub named: Vec<Named>,
     /// How each effect fared before anything was named.
     pub first: Vec<First>,
+    /// Whether nothing is weighed as what ends or comes again: what did so was part of what the catalogue does not hold.
+    pub stays: bool,
 }
 
 impl Selection {

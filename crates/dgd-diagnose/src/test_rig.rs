@@ -60,6 +60,7 @@ pub(crate) fn selection(named: Vec<Named>) -> Selection {
         allowances: Vec::new(),
         named,
         first: Vec::new(),
+        stays: false,
     }
 }
 

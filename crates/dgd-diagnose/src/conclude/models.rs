@@ -238,6 +238,7 @@ mod tests {
             allowances: start.to_vec(),
             named: named.to_vec(),
             first: Vec::new(),
+            stays: false,
         };
         Models::trained(record, &selection, start, start.to_vec()).unwrap()
     }

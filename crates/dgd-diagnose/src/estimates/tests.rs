@@ -19,6 +19,7 @@ fn selected(allowances: Vec<Applied>, named: Vec<Named>) -> Selection {
         allowances,
         named,
         first: Vec::new(),
+        stays: false,
     }
 }
 

@@ -17,6 +17,7 @@ fn selected(named: Vec<Named>) -> Selection {
         allowances: Vec::new(),
         named,
         first: Vec::new(),
+        stays: false,
     }
 }
 

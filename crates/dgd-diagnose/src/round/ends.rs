@@ -34,7 +34,9 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
         return;
     }
     let most = contenders.first().map_or(0.0, Contender::claim);
-    let untold = rivals.iter().filter(|r| r.borne > hurdle(r).max(most));
+    // What passes may be short: an episode counts with all that it tells.
+    let tells = |r: &Correction| r.evidence.max(r.borne);
+    let untold = rivals.iter().filter(|r| tells(r) > hurdle(r).max(most));
     let asked = |about: &About| {
         let least = about.search.belief.hurdle.max(OF_LEADER * most);
         let ended = |held: &Applied| held.id() == about.id && held.effect.lasting().is_some();
@@ -52,6 +54,12 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
         let about = one.effect.about();
         let form = one.effect.lasting().is_some();
         if form && !has_both_ends(on, &one.best) {
+            debug!(
+                "{} has one end: {:.1}, {:?}",
+                one.id(),
+                one.evidence,
+                solved(&one.best).parameters
+            );
             continue;
         }
         let told = one.evidence > about.search.belief.hurdle.max(OF_BEST * most);
@@ -59,12 +67,13 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
             r.borne > hurdle(r).max(ENDS_SHARE * one.evidence)
                 && r.curve.place.shows_in().contains(&about.relation)
         };
-        if told && rivals.iter().any(left) {
-            let again = [twice(on, &one), apart(on, &one)];
-            for again in again.into_iter().flatten() {
-                if !form || has_both_ends(on, &again.best) {
-                    offer(contenders, again);
-                }
+        let again = told && rivals.iter().any(left);
+        let twice = again.then(|| twice(on, &one)).flatten();
+        // Where its ends tell more than what it is in between, nothing may be left of it.
+        let apart = (again || told && form).then(|| apart(on, &one)).flatten();
+        for again in [twice, apart].into_iter().flatten() {
+            if !form || has_both_ends(on, &again.best) {
+                offer(contenders, again);
             }
         }
         if form {
@@ -144,6 +153,8 @@ fn with_another(
     let gate_beside = Tangent::beside(record, &beside, &[], Bend::Lean)?;
     let other = contenders(record, &gate_beside, &beside, &[c.effect]);
     let other = other.first()?;
+    let form = c.effect.lasting().is_some();
+    let seen = !form || has_both_ends((record, &gate_beside, &beside), &other.best);
     let told = |best: Candidate, beside: f64| {
         let held = sustained(record, state, &best, &gate.rows.still);
         let evidence = (best.evidence - PLACES).min(held.unwrap_or(f64::INFINITY)) + beside;
@@ -164,7 +175,7 @@ fn with_another(
         let whole = sharpen(record, gate, state, weigh(record, gate, state, whole));
         return Some(told(whole, 0.0));
     }
-    (other.evidence > about.search.belief.hurdle).then(|| told(first, other.evidence))
+    (seen && other.evidence > about.search.belief.hurdle).then(|| told(first, other.evidence))
 }
 
 #[cfg(test)]

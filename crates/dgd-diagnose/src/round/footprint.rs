@@ -306,6 +306,7 @@ mod tests {
                 allowances: state.clone(),
                 named: Vec::new(),
                 first: Vec::new(),
+                stays: false,
             };
             known(&record, &state, &selection).unwrap()
         };

@@ -48,9 +48,16 @@ impl Round<'_> {
 
     /// The same but for what the suction may lose unseen.
     fn beside_named(&self, c: &Contender) -> f64 {
+        /// By what is multiplied what is left over for an effect that ends: it may be anywhere, for any time. Set by hand.
+        const ENDS: f64 = 1.5;
+        let ends = if c.effect.lasting().is_some() {
+            ENDS
+        } else {
+            1.0
+        };
         contest::hurdle(self.record, &c.best.applied)
             + self.further()
-            + self.left_over(&c.best.signature, false)
+            + ends * self.left_over(&c.best.signature, false)
     }
 
     /// From what evidence on an effect may be named.

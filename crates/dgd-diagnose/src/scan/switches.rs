@@ -50,20 +50,25 @@ pub(crate) fn switches(
             }
         };
         if duration.is_some() {
-            let step = (n / 600).clamp(1, blocks(STEP_S));
-            // What otherwise stays may last for as long; the longer, the coarser, so that the tries do not grow with the square of the recording.
-            let (longest, coarser) = if effect.lasting().is_some() {
-                (n, COARSER)
+            let lasts = if effect.lasting().is_some() {
+                blocks(PASSES_S.start)..n
             } else {
-                (blocks(PASSES_S.end), 0.0)
+                blocks(PASSES_S.start)..blocks(PASSES_S.end)
             };
-            for from in (edge..n - edge).step_by(step) {
-                let mut length = blocks(PASSES_S.start);
-                while length < longest && from + length < n {
-                    let to = from + length;
-                    let energy = energies.nearest(time(from), length as f64 * seconds);
-                    offer(tail[from] - tail[to], energy, from, to);
-                    length += (2 * step).max(whole(coarser * length as f64));
+            let cells = Extremes::of(&tail[..n], edge, 2 * (n / 600).clamp(1, blocks(STEP_S)));
+            for (k, begins) in cells.iter().enumerate() {
+                // What explains most goes from where the sum is highest to where it is lowest, or back.
+                let (from_low, from_high) = (begins.lowest, begins.highest);
+                let mut froms = [(from_low, false), (from_high, true)];
+                froms.sort_unstable();
+                for (from, falls) in froms.into_iter().filter(|(from, _)| *from < n - edge) {
+                    for ends in &cells[k..] {
+                        let to = if falls { ends.lowest } else { ends.highest };
+                        if to > from && lasts.contains(&(to - from)) {
+                            let energy = energies.nearest(time(from), (to - from) as f64 * seconds);
+                            offer(tail[from] - tail[to], energy, from, to);
+                        }
+                    }
                 }
             }
         } else {
@@ -137,11 +142,30 @@ const EDGE_S: f64 = 600.0;
 /// How long what passes may last, s, where it is proposed.
 const PASSES_S: std::ops::Range<f64> = 1200.0..6000.0;
 
-/// Share of its length by which what otherwise stays is tried longer.
-const COARSER: f64 = 0.05;
-
-/// How far apart beginnings of what passes are tried at the most, s: half of it can still be made up by sharpening.
+/// In how long parts beginnings and ends of what passes are tried at the most, s: half of that.
 const STEP_S: f64 = 240.0;
+
+/// Where a running sum is lowest and highest within a stretch: whatever passes, and explains most of what begins in one stretch and ends in another,
+/// begins and ends there.
+struct Extremes {
+    lowest: usize,
+    highest: usize,
+}
+
+impl Extremes {
+    /// Those of stretches of so many blocks, from some block on.
+    fn of(sum: &[f64], from: usize, blocks: usize) -> Vec<Self> {
+        let higher = |a: &usize, b: &usize| sum[*a].total_cmp(&sum[*b]);
+        let stretch = |start: usize| {
+            let all = start..(start + blocks).min(sum.len());
+            Self {
+                lowest: all.clone().min_by(higher).unwrap_or(start),
+                highest: all.max_by(higher).unwrap_or(start),
+            }
+        };
+        (from..sum.len()).step_by(blocks).map(stretch).collect()
+    }
+}
 
 /// Energies of a unit of strength on a grid of onsets and durations, in the order of onsets.
 pub(super) struct Energies(Vec<(f64, Vec<(f64, f64)>)>);

@@ -18,6 +18,7 @@ fn selected(named: Vec<Named>, first: Vec<First>) -> Selection {
         allowances: Vec::new(),
         named,
         first,
+        stays: false,
     }
 }
 

@@ -200,6 +200,7 @@ fn a_named_effect_takes_the_place_of_its_allowance() {
         ],
         named: vec![named(one("return_flow_delay", &[6.0]))],
         first: Vec::new(),
+        stays: false,
     };
     let state: Vec<(&str, f64)> = (selection.state().iter())
         .map(|a| (a.id(), a.parameters[0]))

@@ -196,6 +196,7 @@ fn what_is_named_is_fitted_again_on_the_training_blocks() {
             allowances: Vec::new(),
             named: vec![named("influx", &[2e-3, onset, lasts, rise])],
             first: Vec::new(),
+            stays: false,
         };
         let found = trained(&record, &[], &selection, &excluded).unwrap();
         let influx = found.iter().find(|a| !a.allowance).unwrap();

@@ -55,6 +55,7 @@ fn a_head_that_is_lost_at_one_speed_whenever_that_comes_is_a_curve_of_the_speed_
             allowances: Vec::new(),
             named: Vec::new(),
             first: Vec::new(),
+            stays: false,
         };
         let round = Round::about(record, &nothing).unwrap();
         let it = |c: &&Contender| c.id() == id;
@@ -89,6 +90,7 @@ fn what_the_pumps_own_curve_of_its_speed_may_be_is_no_gas() {
         allowances: Vec::new(),
         named: Vec::new(),
         first: Vec::new(),
+        stays: false,
     };
     let passing = lifting_less(|t_s, _| {
         if (1800.0..3600.0).contains(&t_s) {

@@ -93,6 +93,29 @@ fn coarse(applied: Applied, energy: f64) -> Candidate {
     }
 }
 
+/// Of what wanders only the minutes about its ends tell: a length that is off by one in twenty may tell nothing.
+#[test]
+fn what_otherwise_stays_is_proposed_at_its_very_ends_however_long_it_is() {
+    let (bias_pa, from, to) = (6000.0, 1430.0, 4190.0);
+    let mut record = shifted(bias_pa, from);
+    for i in 0..record.t_s.len() {
+        if record.t_s[i] >= to {
+            record.outlets[0][i] -= bias_pa;
+            record.outlet[i] -= 0.5 * bias_pa;
+        }
+    }
+    record.filled.outlet.clone_from(&record.outlet);
+    let tangent = about(&record);
+    let form = find("outlet_pressure_bias_step").unwrap();
+    let form = form.passing().unwrap();
+    let coarse: Vec<Candidate> = (points(form, &record).into_iter())
+        .map(|one| weigh(&record, &tangent, &[], one).bare())
+        .collect();
+    let found = switches(&record, &tangent, &tangent.pull(), &[], form, &coarse);
+    let apart = |p: &Vec<f64>| (p[1] - from).abs().max((p[1] + p[3] - to).abs());
+    assert!(found.iter().any(|p| apart(p) <= BLOCK_S), "{found:?}");
+}
+
 #[test]
 fn onsets_are_tried_evenly_within_the_recording_whatever_its_clock() {
     // Every ten minutes, a switch every twenty; ten at least, and 32 where they would be more than sixty.
