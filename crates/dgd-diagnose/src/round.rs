@@ -79,6 +79,15 @@ struct Likeliest<'a> {
     of_speed: Option<(Correction, f64)>,
 }
 
+/// Evidence of an effect against what two transmitters show: of one that ends with the minutes about its ends, which the other keeps.
+fn with_its_ends(c: &Contender) -> f64 {
+    if c.effect.lasting().is_some() {
+        c.evidence.max(c.best.evidence)
+    } else {
+        c.evidence
+    }
+}
+
 impl<'a> Round<'a> {
     /// Weighs everything about what has been named so far.
     pub(crate) fn about(record: &'a Record, selection: &Selection) -> Option<Self> {
@@ -304,14 +313,15 @@ impl<'a> Round<'a> {
         let of_the_catalogue = |c: &Contender| {
             let about = c.effect.about();
             let enters = seen.curve.place.shows_in().contains(&about.relation);
-            about.sensor().is_some() && enters && c.evidence > ALIKE * seen.evidence
+            about.sensor().is_some() && enters && with_its_ends(c) > ALIKE * seen.evidence
         };
         (!self.contenders.iter().any(of_the_catalogue)).then_some(seen)
     }
 
     /// Decides between an effect and what two transmitters show.
     fn against_seen(&self, best: &Contender, seen: &Correction, broken: f64) -> Ruling {
-        let odds = (seen.claim() - best.claim()) / best.temperature() - self.class(best).ln();
+        let claim = best.claim().max(with_its_ends(best));
+        let odds = (seen.claim() - claim) / best.temperature() - self.class(best).ln();
         let odds = odds.max(broken);
         if odds > 0.0 {
             let evidence = seen.borne.max(best.evidence);

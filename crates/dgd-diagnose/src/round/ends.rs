@@ -49,7 +49,7 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
         .filter(|c| c.effect.about().duration().is_some())
         .cloned();
     let passing: Vec<Contender> = passing.chain(forms).collect();
-    let most = (passing.iter()).fold(most, |most, c| most.max(c.evidence));
+    let most = (passing.iter()).fold(most, |most, c| most.max(c.claim()));
     for one in passing {
         let about = one.effect.about();
         let form = one.effect.lasting().is_some();
@@ -62,7 +62,7 @@ pub(super) fn weigh_ends(on: Weighing<'_>, contenders: &mut Vec<Contender>, riva
             );
             continue;
         }
-        let told = one.evidence > about.search.belief.hurdle.max(OF_BEST * most);
+        let told = one.claim() > about.search.belief.hurdle.max(OF_BEST * most);
         let left = |r: &Correction| {
             r.borne > hurdle(r).max(ENDS_SHARE * one.evidence)
                 && r.curve.place.shows_in().contains(&about.relation)

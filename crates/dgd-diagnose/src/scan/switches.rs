@@ -7,6 +7,7 @@ use crate::record::Record;
 use crate::relations::{Applied, joined};
 use crate::tangent::Tangent;
 use dgd_effects::Effect;
+use std::ops::Range;
 
 /// Switching times, to the block, at which a switch would explain most: peaks of the running sum of its score. Of what rises and falls, or
 /// mixes, they are where a switch in its place would.
@@ -50,26 +51,17 @@ pub(crate) fn switches(
             }
         };
         if duration.is_some() {
-            let lasts = if effect.lasting().is_some() {
-                blocks(PASSES_S.start)..n
+            // What otherwise stays may last for as long.
+            let longest = if effect.lasting().is_some() {
+                n
             } else {
-                blocks(PASSES_S.start)..blocks(PASSES_S.end)
+                blocks(PASSES_S.end)
             };
-            let cells = Extremes::of(&tail[..n], edge, 2 * (n / 600).clamp(1, blocks(STEP_S)));
-            for (k, begins) in cells.iter().enumerate() {
-                // What explains most goes from where the sum is highest to where it is lowest, or back.
-                let (from_low, from_high) = (begins.lowest, begins.highest);
-                let mut froms = [(from_low, false), (from_high, true)];
-                froms.sort_unstable();
-                for (from, falls) in froms.into_iter().filter(|(from, _)| *from < n - edge) {
-                    for ends in &cells[k..] {
-                        let to = if falls { ends.lowest } else { ends.highest };
-                        if to > from && lasts.contains(&(to - from)) {
-                            let energy = energies.nearest(time(from), (to - from) as f64 * seconds);
-                            offer(tail[from] - tail[to], energy, from, to);
-                        }
-                    }
-                }
+            let lasts = blocks(PASSES_S.start)..longest;
+            let cell = 2 * (n / 600).clamp(1, blocks(HALF_S));
+            for (from, to) in spans(&tail[..n], edge..n - edge, cell, &lasts) {
+                let energy = energies.nearest(time(from), (to - from) as f64 * seconds);
+                offer(tail[from] - tail[to], energy, from, to);
             }
         } else {
             for from in edge..n - edge {
@@ -140,10 +132,10 @@ const APART_S: f64 = 300.0;
 const EDGE_S: f64 = 600.0;
 
 /// How long what passes may last, s, where it is proposed.
-const PASSES_S: std::ops::Range<f64> = 1200.0..6000.0;
+const PASSES_S: Range<f64> = 1200.0..6000.0;
 
-/// In how long parts beginnings and ends of what passes are tried at the most, s: half of that.
-const STEP_S: f64 = 240.0;
+/// Half of how long stretches are at the most, s, within which something that passes begins or ends.
+const HALF_S: f64 = 240.0;
 
 /// Where a running sum is lowest and highest within a stretch: whatever passes, and explains most of what begins in one stretch and ends in another,
 /// begins and ends there.
@@ -165,6 +157,28 @@ impl Extremes {
         };
         (from..sum.len()).step_by(blocks).map(stretch).collect()
     }
+}
+
+/// Beginnings within some blocks, and ends, between which a running sum differs most for the stretches they lie in; in the order of the beginnings.
+fn spans(
+    sum: &[f64],
+    begins: Range<usize>,
+    blocks: usize,
+    lasts: &Range<usize>,
+) -> Vec<(usize, usize)> {
+    let cells = Extremes::of(sum, begins.start, blocks);
+    let mut out = Vec::new();
+    for (k, cell) in cells.iter().enumerate() {
+        let mut froms = [(cell.lowest, false), (cell.highest, true)];
+        froms.sort_unstable();
+        for (from, falls) in froms.into_iter().filter(|(from, _)| begins.contains(from)) {
+            let to = |cell: &Extremes| if falls { cell.lowest } else { cell.highest };
+            let as_long = |to: &usize| *to > from && lasts.contains(&(to - from));
+            let ends = cells[k..].iter().map(to).filter(as_long);
+            out.extend(ends.map(|to| (from, to)));
+        }
+    }
+    out
 }
 
 /// Energies of a unit of strength on a grid of onsets and durations, in the order of onsets.
