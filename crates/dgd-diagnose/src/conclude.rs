@@ -95,6 +95,10 @@ pub fn diagnose(
         progress(Stage::Screening(round))
     })
     .ok_or_else(|| too_few(&record))?;
+    if selection.stays {
+        // Nothing that is weighed later ends either.
+        record.without.push(Step::Ends);
+    }
     let anew = |other: &Record| {
         found(other, &known, sought, |round| {
             progress(Stage::Screening(round))
