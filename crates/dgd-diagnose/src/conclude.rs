@@ -96,7 +96,7 @@ pub fn diagnose(
     })
     .ok_or_else(|| too_few(&record))?;
     if selection.stays {
-        // Nothing that is weighed later ends either.
+        // A second search need not find that out once more.
         record.without.push(Step::Ends);
     }
     let anew = |other: &Record| {
@@ -107,6 +107,8 @@ pub fn diagnose(
     if let Some(other) = laminar(&record, &selection, anew) {
         (record, selection) = other;
     }
+    // One that starts from the model has all steps.
+    record.without.clone_from(&options.without);
     if let Sought::Given(suspects) = sought {
         let asked = (suspects, options.most_effects);
         doubt_outdone(&record, &known, &mut selection.named, asked, |round| {

@@ -64,16 +64,20 @@ fn what_ends_is_named_with_its_end_and_its_size() {
 fn what_comes_again_is_named_at_each_of_its_times() {
     for (effect, seed) in [("line_leak", 312), ("influx", 310)] {
         let case = case(seed, Kind::Recurring, effect);
-        let found = answer(&case);
-        let times = times_of(&found, effect);
-        let [first, again] = times[..] else {
-            panic!("{times:?}");
-        };
         // A kick dies away over a third of its time.
         let within_s = if effect == "influx" { 400.0 } else { 60.0 };
-        near(first, case.hidden[0].interval_s.unwrap(), within_s);
-        near(again, case.hidden[0].again_s.unwrap(), within_s);
+        is_named_twice(&case, effect, within_s);
     }
+}
+
+#[track_caller]
+fn is_named_twice(case: &Case, effect: &str, within_s: f64) {
+    let times = times_of(&answer(case), effect);
+    let [first, again] = times[..] else {
+        panic!("{times:?}");
+    };
+    near(first, case.hidden[0].interval_s.unwrap(), within_s);
+    near(again, case.hidden[0].again_s.unwrap(), within_s);
 }
 
 /// The meter of this recording freezes where the leak begins.
@@ -144,18 +148,12 @@ fn what_the_form_of_cuttings_lacks_is_no_change_of_the_mud_that_ends() {
 #[test]
 fn a_strong_kick_that_comes_twice_is_two() {
     let case = proved(587_407, Level::One, Kind::Recurring, 26);
-    let times = times_of(&answer(&case), "influx");
-    assert_eq!(times.len(), 2);
-    near(times[0], case.hidden[0].interval_s.unwrap(), 400.0);
-    near(times[1], case.hidden[0].again_s.unwrap(), 400.0);
+    is_named_twice(&case, "influx", 400.0);
 }
 
 /// Two transmitters show what the minutes about its ends tell.
 #[test]
 fn a_strong_shift_that_comes_twice_is_no_reading_that_drifts() {
     let case = proved(587_407, Level::One, Kind::Recurring, 21);
-    let times = times_of(&answer(&case), "outlet_pressure_bias_step");
-    assert_eq!(times.len(), 2);
-    near(times[0], case.hidden[0].interval_s.unwrap(), 10.0);
-    near(times[1], case.hidden[0].again_s.unwrap(), 10.0);
+    is_named_twice(&case, "outlet_pressure_bias_step", 10.0);
 }
