@@ -1,5 +1,7 @@
 //! From residuals to named effects: one a round, refined together.
 
+mod parts;
+
 use crate::contest::Contender;
 use crate::record::Record;
 use crate::refine::refine;
@@ -8,8 +10,8 @@ use crate::round::{Round, Ruling};
 use crate::selection::{First, Named, Selection};
 use crate::tangent::{Bend, Tangent};
 use crate::timing::{allowances_with, allowed_beside};
-use dgd_effects::{Curve, Quantity};
 use dgd_lsq::dot;
+use parts::{is_whole, without_parts};
 use rayon::prelude::*;
 use tracing::debug;
 
@@ -128,6 +130,9 @@ pub(crate) fn select(
                 selection.named.push(correction);
                 // Its curve was drawn with the strengths of the named effects free.
                 selection.refine(record);
+                if let Some(rest) = without_parts(record, &selection) {
+                    selection = rest;
+                }
             }
             Ruling::Named(named) => {
                 selection.accept(record, start, named)?;
@@ -168,25 +173,6 @@ pub(crate) fn select(
         }
     }
     Some(selection)
-}
-
-/// Whether a correction of all times tells so much, where something that ended was named, that this was rather part of it: what comes and goes without
-/// a rule looks like several that end.
-fn is_whole(selection: &Selection, correction: &Named) -> bool {
-    /// Share of what ended that it must tell. Set by hand.
-    const SHARE: f64 = 0.2;
-    let of_all_times = |curve: Curve| curve.quantity != Quantity::Episode;
-    if !correction.applied.curve().is_some_and(of_all_times) {
-        return false;
-    }
-    let ended = |n: &&Named| {
-        let effect = n.applied.effect;
-        effect.lasting().is_some() && correction.shows_in(effect.about().relation)
-    };
-    let ended: Vec<f64> = (selection.named.iter().filter(ended))
-        .map(|n| n.evidence)
-        .collect();
-    !ended.is_empty() && correction.evidence > SHARE * ended.iter().sum::<f64>()
 }
 
 /// The selection reconsidered after its last effect was named: without an earlier effect of the same relation that no longer stands out
@@ -324,13 +310,13 @@ fn shown_beside(first: &mut [First], round: &Round, only: Option<&str>) {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may fail by panic")]
 
-    use super::{Promised, Sought, broken_promises, is_whole, revised, select};
+    use super::{Promised, Sought, broken_promises, revised, select};
     use crate::record::Record;
     use crate::relations::Applied;
     use crate::round::Ruling;
     use crate::selection::Named;
     use crate::test_rig::{self, Hidden, INFLUX_S, drilled, selection};
-    use dgd_effects::{Curve, KNOTS, Place, Quantity, find, unknown};
+    use dgd_effects::{find, unknown};
 
     fn named(applied: Applied, probability: f64) -> Named {
         Named {
@@ -440,27 +426,6 @@ mod tests {
         assert!(broken_promises(&mut found, &mut promises, &Ruling::Nothing));
         let ids = found.named.iter().map(|n| n.applied.id());
         assert_eq!(ids.collect::<Vec<_>>(), ["unknown"]);
-    }
-
-    #[test]
-    fn what_ended_is_part_of_a_correction_that_tells_much_beside_it() {
-        let leak = find("line_leak").unwrap();
-        let ends = Applied::new(leak.passing().unwrap(), vec![1e-3, 2000.0, 1800.0]);
-        let stays = Applied::new(leak, vec![1e-3, 2000.0]);
-        let of = |effect: &Applied, place: Place, quantity: Quantity, evidence: f64| {
-            let curve = Curve::new(place, quantity, (0.0, 5400.0), vec![1e-3; KNOTS]);
-            let correction = Named {
-                evidence,
-                ..named(Applied::from(&curve), 0.8)
-            };
-            is_whole(&selection(vec![named(effect.clone(), 0.9)]), &correction)
-        };
-        let (meter, time) = (Place::MeterFactor, Quantity::Time);
-        assert!(of(&ends, meter, time, 21.0));
-        assert!(!of(&ends, meter, time, 19.0));
-        assert!(!of(&ends, meter, Quantity::Episode, 21.0));
-        assert!(!of(&ends, Place::Head, time, 21.0));
-        assert!(!of(&stays, meter, time, 21.0));
     }
 
     #[test]
