@@ -54,6 +54,7 @@ fn an_influx_of_another_size_or_minutes_off_is_found_in_one_round() {
         refine(&record, &mut state, 0, &[], 1);
         state.swap_remove(0).parameters
     };
+    // Three steps of one size are made at the most.
     for (rate, late) in [(3e-3, 200.0), (3e-3, -200.0), (1.5e-3, 60.0), (5e-3, 0.0)] {
         let p = found(rate, late, rise);
         assert!((p[1] - from).abs() < 45.0, "{rate} {late}: {p:?}");
@@ -64,21 +65,6 @@ fn an_influx_of_another_size_or_minutes_off_is_found_in_one_round() {
         assert!((p[0] / 3e-3 - 1.0).abs() < 0.05, "{rate} {late}: {p:?}");
     }
     let p = found(3e-3, 0.0, 0.5);
-    assert!((p[3] - rise).abs() < 0.06, "{p:?}");
-}
-
-#[test]
-fn a_longer_influx_that_rises_more_slowly_is_found_from_a_short_one() {
-    let record = influx();
-    let (from, lasts, rise) = INFLUX_S;
-    // As much mud, and its middle where it was: in between every step of one parameter explains less.
-    let shorter = 0.7 * lasts;
-    let mut state = vec![one("influx", &[3e-3, from + 0.15 * lasts, shorter, 0.01])];
-    refine(&record, &mut state, 0, &[], 1);
-    let p = &state[0].parameters;
-    assert!((p[1] - from).abs() < 45.0, "{p:?}");
-    assert!((p[1] + p[2] - from - lasts).abs() < 45.0, "{p:?}");
-    assert!((p[0] / 3e-3 - 1.0).abs() < 0.05, "{p:?}");
     assert!((p[3] - rise).abs() < 0.06, "{p:?}");
 }
 
