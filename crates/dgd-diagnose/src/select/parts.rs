@@ -42,14 +42,11 @@ pub(super) fn without_parts(record: &Record, selection: &Selection) -> Option<Se
         return None;
     }
     let without = |parts: &[usize]| {
-        let mut rest = selection.clone();
-        rest.named.pop();
-        let kept = |k: &usize| !parts.contains(k);
-        rest.named = (0..before.len())
-            .filter(kept)
-            .map(|k| before[k].clone())
-            .collect();
-        rest
+        let kept = (0..before.len()).filter(|k| !parts.contains(k));
+        Selection {
+            named: kept.map(|k| before[k].clone()).collect(),
+            ..selection.clone()
+        }
     };
     // A curve bends as one that runs, beside effects that have moved to where they explain most with it.
     let run = |mut others: Selection| -> Option<Selection> {
@@ -69,7 +66,9 @@ pub(super) fn without_parts(record: &Record, selection: &Selection) -> Option<Se
         let rest = run(without(parts))?;
         Some(misfit(&tangent.left_over(record, &rest.state())) - misfit(&tangent.off))
     };
-    let one_by_one = parts.iter().map(|k| vec![*k]);
+    // Of one alone that would ask the same again.
+    let several = parts.len() > 1;
+    let one_by_one = parts.iter().filter(|_| several).map(|k| vec![*k]);
     let gone = (std::iter::once(parts.clone()).chain(one_by_one)).find(|parts| {
         let hurdle: f64 = parts.iter().map(|k| before[*k].hurdle).sum();
         let saved = saves(parts);
